@@ -1,0 +1,78 @@
+"""Images that travel between the stages of perception."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quadpips_drake.values import ImmutableValue
+
+
+@dataclass(frozen=True)
+class CameraIntrinsics:
+    """Pinhole model: pixel (u, v) = (fx x / z + cx, fy y / z + cy) in the optical frame C (x right, y down, z forward)."""
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+
+@dataclass(frozen=True, eq=False)
+class AffordanceImage(ImmutableValue):
+    """Depth, normals and steppability per pixel of one camera (QuadPiPS section V-C), with the camera's pose."""
+
+    stamp: float
+    """Time of exposure [s]."""
+    X_WC: np.ndarray
+    """Pose of the optical frame C in the world at that time, (4, 4)."""
+    intrinsics: CameraIntrinsics
+    depth: np.ndarray
+    """Distance along the optical axis [m], float32 (height, width); NaN where there is none."""
+    normals: np.ndarray
+    """Unit normals in C, float32 (height, width, 3), pointing towards the camera; NaN where there is none."""
+    labels: np.ndarray
+    """Steppability, uint8 (height, width)."""
+
+
+@dataclass(frozen=True, eq=False)
+class EgocanImage(ImmutableValue):
+    """The legged egocan (QuadPiPS sections IV-A, V-C): cylinder and floor cap around the camera.
+
+    Frame E: origin at the camera's optical centre, gravity-aligned, yaw of the base; x right, y down, z forward.
+    """
+
+    stamp: float
+    """Time of the newest depth image in it [s]."""
+    X_WE: np.ndarray
+    """Pose of E in the world at that time, (4, 4)."""
+    cylinder_range: np.ndarray
+    """Horizontal range [m], float32 (h_cyl, w_cyl); NaN where unknown."""
+    cap_height: np.ndarray
+    """Depth below E along gravity, |y| [m], float32 (h_cap, w_cap); NaN where unknown."""
+    cap_normals: np.ndarray
+    """Unit normals in E, float32 (h_cap, w_cap, 3); on flat ground (0, -1, 0)."""
+    cap_labels: np.ndarray
+    """Steppability, uint8 (h_cap, w_cap)."""
+    cap_focal: float
+    """Pixels per unit of x/|y| on the cap."""
+
+
+@dataclass(frozen=True, eq=False)
+class SuperpixelImage(ImmutableValue):
+    """Over-segmentation of the egocan's floor cap (QuadPiPS section V-D)."""
+
+    stamp: float
+    X_WE: np.ndarray
+    """Pose of the egocan frame E in the world, (4, 4)."""
+    assignment: np.ndarray
+    """Cluster of each pixel, int32 (h_cap, w_cap); -1 where none."""
+    points: np.ndarray
+    """3-D point of each pixel in E [m], float32 (h_cap, w_cap, 3); NaN where unknown."""
+    centers: np.ndarray
+    """Cluster centroids in E [m], (k, 3)."""
+    normals: np.ndarray
+    """Cluster normals in E, unit, (k, 3)."""
+    labels: np.ndarray
+    """Steppability per cluster, uint8 (k,)."""

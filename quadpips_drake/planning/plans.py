@@ -1,0 +1,83 @@
+"""Values that planning passes on: a request, a torso path, a sequence of stances."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quadpips_drake.values import ImmutableValue
+
+
+@dataclass(frozen=True, eq=False)
+class PlanRequest(ImmutableValue):
+    """A wish for a new plan; stages plan once for each new ``id``. The id 0 asks for nothing."""
+
+    id: int
+    stamp: float
+    """Time of the request [s]."""
+    goal: np.ndarray
+    """Goal of the torso in the world, xy [m], shape (2,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class TorsoPath(ImmutableValue):
+    """Result of the torso search (QuadPiPS section VI-B); frame W."""
+
+    stamp: float
+    request_id: int
+    poses: np.ndarray
+    """x, y, z [m], yaw [rad] of the torso from the start on, shape (n, 4); n = 0 when nothing was found."""
+    regions: object
+    """The RegionSet that was searched."""
+    reason: str = ""
+    """Empty when a path was found; else why not."""
+
+    @property
+    def success(self) -> bool:
+        return len(self.poses) > 0
+
+
+@dataclass(frozen=True, eq=False)
+class Stance(ImmutableValue):
+    """All four feet on the ground, as the end of one transition of the foothold plan; frame W."""
+
+    footholds: np.ndarray
+    """Ground point under each foot [m], (4, 3)."""
+    normals: np.ndarray
+    """Upward unit normal of the ground under each foot, (4, 3)."""
+    regions: tuple
+    """The PlanarRegion under each foot, four of them (a small artificial one under a start foot without perceived ground)."""
+    p_WB: np.ndarray
+    """Nominal position of the base above this stance [m], (3,)."""
+    rpy_WB: np.ndarray
+    """Nominal roll, pitch, yaw of the base [rad], (3,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class FootholdPlan(ImmutableValue):
+    """Result of the foothold search (QuadPiPS section VI-C): stances joined by swings of the gait; frame W.
+
+    ``stances[0]`` is where the robot stands; the swing ``k`` leads from ``stances[k]`` to ``stances[k + 1]`` and moves the
+    legs in ``swing_legs[k]``.
+    """
+
+    stamp: float
+    request_id: int
+    stances: tuple = ()
+    swing_legs: tuple = ()
+    """One tuple of Leg for each swing."""
+    gait: str = ""
+    swing_duration: float = 0.4
+    """Time of a swing [s]."""
+    stance_duration: float = 0.1
+    """Time with all feet down between swings [s]."""
+    waypoint: np.ndarray | None = None
+    """Torso waypoint that the search aimed at, x, y, z [m], yaw [rad], (4,)."""
+    reason: str = ""
+    """Empty when a plan was found; else why not."""
+    expansions: int = 0
+    elapsed: float = 0.0
+    """Wall-clock time of the search [s]."""
+
+    @property
+    def success(self) -> bool:
+        return len(self.stances) > 1

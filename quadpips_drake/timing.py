@@ -1,0 +1,44 @@
+"""How long each stage computes, in wall-clock time.
+
+A measuring instrument beside the diagram: it never influences a result, so it is the one thing that a calc may write to.
+"""
+
+import time
+from collections import defaultdict
+from contextlib import contextmanager
+
+import numpy as np
+
+
+class StageTimings:
+    """Collects wall-clock durations per stage name."""
+
+    def __init__(self):
+        self._samples = defaultdict(list)
+
+    @contextmanager
+    def measure(self, stage: str):
+        """Times the enclosed block and files it under ``stage``."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self._samples[stage].append(time.perf_counter() - start)
+
+    def record(self, stage: str, seconds: float):
+        """Files one duration [s] that was measured elsewhere (a solver's own clock, say)."""
+        self._samples[stage].append(seconds)
+
+    def summary_ms(self) -> dict:
+        """Returns ``{stage: {"n", "p50", "p95", "max", "total"}}`` in milliseconds."""
+        summary = {}
+        for stage, samples in sorted(self._samples.items()):
+            ms = 1e3 * np.asarray(samples)
+            summary[stage] = {
+                "n": len(ms),
+                "p50": round(float(np.percentile(ms, 50)), 3),
+                "p95": round(float(np.percentile(ms, 95)), 3),
+                "max": round(float(ms.max()), 3),
+                "total": round(float(ms.sum()), 1),
+            }
+        return summary

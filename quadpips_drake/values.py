@@ -1,0 +1,27 @@
+"""What every value on an abstract port has in common: it never changes once it is made."""
+
+import dataclasses
+
+import numpy as np
+
+
+class ImmutableValue:
+    """Mixin for ``@dataclass(frozen=True, eq=False)`` types that travel on abstract ports.
+
+    Array fields become read-only on construction. Because nothing in it can change, a copy *is* the original: cloning a
+    Drake context shares these values instead of duplicating megabytes of images.
+    """
+
+    def __post_init__(self):
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                view = value.view()
+                view.flags.writeable = False
+                object.__setattr__(self, field.name, view)
+
+    def __copy__(self):
+        return self
+
+    def __deepcopy__(self, memo):
+        return self
