@@ -1,0 +1,75 @@
+"""What a robot's ``robot.yaml`` says beside its URDF."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.robots.legs import JOINTS_PER_LEG, NUM_JOINTS
+
+
+@dataclass
+class CameraDescription:
+    """Where a depth camera sits and looks."""
+
+    name: str = "front"
+    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Optical centre in the base frame [m], 3 values."""
+    yaw: float = 0.0
+    """Viewing direction from straight ahead, positive to the left [rad]."""
+    pitch: float = 0.0
+    """Viewing direction below the horizon [rad]."""
+
+    def __post_init__(self):
+        if len(self.position) != 3:
+            raise UserInputError(f"camera '{self.name}': position needs 3 values, got {len(self.position)}")
+
+
+@dataclass(frozen=True, eq=False)
+class CameraMount:
+    """A camera fixed to the base."""
+
+    name: str
+    X_BC: np.ndarray
+    """Pose of the optical frame C (x right, y down, z forward) in the base frame, (4, 4)."""
+
+
+@dataclass
+class RobotDescription:
+    """The schema of ``models/<robot>/robot.yaml``."""
+
+    title: str = ""
+    """Name for people."""
+    urdf: str = ""
+    """File name of the URDF, beside this file."""
+    nominal_joints: list[float] = field(default_factory=lambda: [0.0] * NUM_JOINTS)
+    """Joint angles of the nominal stance [rad], leg by leg."""
+    cameras: list[CameraDescription] = field(default_factory=lambda: [CameraDescription()])
+    imu_position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Accelerometer in the base frame [m]."""
+    stiffness: list[float] = field(default_factory=lambda: [0.0] * JOINTS_PER_LEG)
+    """Proportional gains of the drives for HAA, HFE, KFE [N m/rad]."""
+    damping: list[float] = field(default_factory=lambda: [0.0] * JOINTS_PER_LEG)
+    """Derivative gains of the drives for HAA, HFE, KFE [N m s/rad]."""
+
+    def __post_init__(self):
+        lengths = {"nominal_joints": NUM_JOINTS, "imu_position": 3, "stiffness": 3, "damping": 3}
+        for name, length in lengths.items():
+            if len(getattr(self, name)) != length:
+                raise UserInputError(f"robot.yaml: {name} needs {length} values, got {len(getattr(self, name))}")
+        if not any(camera.name == "front" for camera in self.cameras):
+            raise UserInputError("robot.yaml: cameras must include one named 'front'")
+
+
+def mount_camera(camera: CameraDescription, pitch: float | None = None) -> CameraMount:
+    """Turns a camera's description into its pose; ``pitch`` [rad below the horizon] replaces the described one."""
+    pitch = camera.pitch if pitch is None else pitch
+    cy, sy, cp, sp = math.cos(camera.yaw), math.sin(camera.yaw), math.cos(pitch), math.sin(pitch)
+    forward = np.array([cy * cp, sy * cp, -sp])
+    right = np.array([sy, -cy, 0.0])
+    X_BC = np.eye(4)
+    X_BC[:3, :3] = np.column_stack([right, np.cross(forward, right), forward])
+    X_BC[:3, 3] = camera.position
+    X_BC.flags.writeable = False
+    return CameraMount(camera.name, X_BC)

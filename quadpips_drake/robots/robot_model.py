@@ -1,0 +1,252 @@
+"""RobotModel: everything the stages need to know about a robot, read from its URDF and robot.yaml."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.common.yaml import yaml_load_typed
+from pydrake.geometry import Role, SceneGraph, Sphere
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import ModelInstanceIndex
+
+from quadpips_drake.errors import UserInputError, unknown_name
+from quadpips_drake.robots import kinematic_tree as kinematics
+from quadpips_drake.robots.kinematic_tree import KinematicTree
+from quadpips_drake.robots.leg_inverse_kinematics import solve_leg
+from quadpips_drake.robots.legs import JOINTS_PER_LEG, Leg
+from quadpips_drake.robots.robot_description import CameraDescription, CameraMount, RobotDescription, mount_camera
+
+JOINT_NAMES = tuple(f"{leg.name}_{joint}" for leg in Leg for joint in ("HAA", "HFE", "KFE"))
+LINK_NAMES = ("base", *(f"{leg.name}_{link}" for leg in Leg for link in ("HIP", "THIGH", "SHANK")))
+_MODELS = files("quadpips_drake.models")
+_LIMIT_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class RobotModel:
+    """A quadruped with three joints per leg (HAA about x, HFE and KFE about y). Arrays are read-only.
+
+    Frames: W world, B base; F is the centre of a foot's collision sphere. Joints are ordered leg by leg (LF, RF, LH, RH).
+    """
+
+    name: str
+    title: str
+    """Name for people."""
+    urdf_path: Path
+    joint_names: tuple
+    tree: KinematicTree
+    position_limits_lower: np.ndarray
+    """[rad], (12,)."""
+    position_limits_upper: np.ndarray
+    """[rad], (12,)."""
+    velocity_limits: np.ndarray
+    """[rad/s], (12,)."""
+    effort_limits: np.ndarray
+    """[N m], (12,)."""
+    rotor_inertia: np.ndarray
+    """Inertia of the drives' rotors as felt at the joints [kg m^2], (12,)."""
+    foot_radius: float
+    """[m]."""
+    nominal_joints: np.ndarray
+    """Joint angles of the nominal stance [rad], (12,)."""
+    camera_mounts: tuple
+    """The CameraMounts; one is named "front"."""
+    imu_position: np.ndarray
+    """Accelerometer in the base frame [m], (3,)."""
+    stiffness: np.ndarray
+    """Default proportional gains of the drives [N m/rad], (12,)."""
+    damping: np.ndarray
+    """Default derivative gains of the drives [N m s/rad], (12,)."""
+    cameras: tuple = ()
+    """The CameraDescriptions behind the mounts."""
+
+    @property
+    def mass(self) -> float:
+        """Total mass [kg]."""
+        return float(self.tree.link_mass.sum())
+
+    @property
+    def hip_positions_B(self) -> np.ndarray:
+        """Origins of the HAA joints in the base frame [m], (4, 3)."""
+        return self.tree.joint_offset[::JOINTS_PER_LEG]
+
+    @property
+    def nominal_footholds_B(self) -> np.ndarray:
+        """Foot centres at the nominal joints in the base frame [m], (4, 3)."""
+        return self.foot_positions_B(self.nominal_joints)
+
+    @property
+    def nominal_base_height(self) -> float:
+        """Height of the base origin above flat ground when standing at the nominal joints [m]."""
+        return float(self.foot_radius - self.nominal_footholds_B[:, 2].mean())
+
+    def camera(self, name: str = "front") -> CameraMount:
+        """Returns the mount with that name."""
+        for mount in self.camera_mounts:
+            if mount.name == name:
+                return mount
+        raise unknown_name("camera", name, [mount.name for mount in self.camera_mounts])
+
+    def with_camera_pitch(self, name: str, pitch: float) -> "RobotModel":
+        """Returns a model whose camera ``name`` looks ``pitch`` [rad] below the horizon; all else is shared."""
+        self.camera(name)
+        mounts = [mount_camera(camera, pitch if camera.name == name else None) for camera in self.cameras]
+        return replace(self, camera_mounts=tuple(mounts))
+
+    def foot_positions_B(self, q: np.ndarray) -> np.ndarray:
+        """Returns the foot centres in the base frame [m], (4, 3), at joint angles ``q`` (12,)."""
+        tree = self.tree
+        return kinematics.foot_positions_B(tree.joint_axis, tree.joint_offset, tree.foot_offset, np.asarray(q, float))
+
+    def foot_jacobians_B(self, q: np.ndarray) -> np.ndarray:
+        """Returns the derivative of each foot centre in the base frame by its leg's joints: [leg, xyz, joint]."""
+        tree = self.tree
+        return kinematics.foot_jacobians_B(tree.joint_axis, tree.joint_offset, tree.foot_offset, np.asarray(q, float))
+
+    def link_poses_B(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Returns rotations (13, 3, 3) and origins (13, 3) of all links in the base frame."""
+        return kinematics.link_poses_B(self.tree.joint_axis, self.tree.joint_offset, np.asarray(q, float))
+
+    def leg_inverse_kinematics_B(self, leg: int, p_BF: np.ndarray, guess: np.ndarray | None = None):
+        """Finds the angles (HAA, HFE, KFE) that put the foot's centre at ``p_BF`` [m, base frame].
+
+        Of several solutions within the joint limits, the one closest to ``guess`` (default: nominal stance) is taken.
+
+        Returns:
+            The angles (3,) and a flag, which is False when the foot cannot be reached within the limits; the angles are then
+            the nearest sensible ones.
+        """
+        joints = slice(JOINTS_PER_LEG * leg, JOINTS_PER_LEG * (leg + 1))
+        hip, thigh, knee = self.tree.joint_offset[joints]
+        guess = self.nominal_joints[joints] if guess is None else np.asarray(guess, float)
+        return solve_leg(
+            np.asarray(p_BF, float) - hip,
+            thigh,
+            knee,
+            self.tree.foot_offset[leg],
+            self.position_limits_lower[joints],
+            self.position_limits_upper[joints],
+            guess,
+            _LIMIT_TOLERANCE,
+        )
+
+    def add_to_plant(self, plant: MultibodyPlant) -> ModelInstanceIndex:
+        """Adds the robot to a plant that is not yet finalized: quaternion floating base "base", joints in our order."""
+        (instance,) = Parser(plant).AddModels(str(self.urdf_path))
+        plant.RenameModelInstance(instance, self.name)
+        return instance
+
+    def set_state(self, plant: MultibodyPlant, plant_context, p_WB, rpy_WB, q) -> None:
+        """Sets base pose [m, rad] and joint angles (12,) in a plant's context; all velocities become zero."""
+        instance = plant.GetModelInstanceByName(self.name)
+        quaternion: Quaternion = RollPitchYaw(np.asarray(rpy_WB, float)).ToQuaternion()
+        positions = np.concatenate([quaternion.wxyz(), np.asarray(p_WB, float), np.asarray(q, float)])
+        plant.SetPositions(plant_context, instance, positions)
+        plant.SetVelocities(plant_context, instance, np.zeros(plant.num_velocities(instance)))
+
+
+def robot_names() -> list[str]:
+    """Returns the names of all robots that come with the package."""
+    return sorted(folder.name for folder in _MODELS.iterdir() if (folder / "robot.yaml").is_file())
+
+
+@cache
+def load_robot(name: str) -> RobotModel:
+    """Loads a robot by name; UserInputError lists the known names."""
+    if name not in robot_names():
+        raise unknown_name("robot", name, robot_names())
+    folder = Path(str(_MODELS / name))
+    description = yaml_load_typed(schema=RobotDescription, filename=str(folder / "robot.yaml"), defaults=RobotDescription())
+    return _read_model(name, folder / description.urdf, description)
+
+
+def _read_model(name: str, urdf_path: Path, description: RobotDescription) -> RobotModel:
+    """Reads limits, masses and geometry out of the URDF by way of a throw-away plant."""
+    plant = MultibodyPlant(time_step=1e-3)
+    scene_graph = SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    Parser(plant).AddModels(str(urdf_path))
+    plant.Finalize()
+    joints = [plant.GetJointByName(joint) for joint in JOINT_NAMES]
+    actuators = [plant.GetJointActuatorByName(joint) for joint in JOINT_NAMES]
+    if plant.num_joints() != len(JOINT_NAMES) + 1:  # one more for the floating base
+        raise UserInputError(f"{urdf_path.name}: expected the joints {', '.join(JOINT_NAMES)} and no others")
+    foot_offset, foot_radius = _read_feet(plant, scene_graph)
+    return RobotModel(
+        name=name,
+        title=description.title,
+        urdf_path=urdf_path,
+        joint_names=JOINT_NAMES,
+        tree=_read_tree(plant, joints, foot_offset),
+        position_limits_lower=_constant([joint.position_lower_limit() for joint in joints]),
+        position_limits_upper=_constant([joint.position_upper_limit() for joint in joints]),
+        velocity_limits=_constant([joint.velocity_upper_limit() for joint in joints]),
+        effort_limits=_constant([actuator.effort_limit() for actuator in actuators]),
+        rotor_inertia=_constant([actuator.default_reflected_inertia() for actuator in actuators]),
+        foot_radius=foot_radius,
+        nominal_joints=_constant(description.nominal_joints),
+        camera_mounts=tuple(mount_camera(camera) for camera in description.cameras),
+        imu_position=_constant(description.imu_position),
+        stiffness=_constant(np.tile(description.stiffness, 4)),
+        damping=_constant(np.tile(description.damping, 4)),
+        cameras=tuple(description.cameras),
+    )
+
+
+def _read_tree(plant: MultibodyPlant, joints, foot_offset) -> KinematicTree:
+    context = plant.CreateDefaultContext()
+    masses, coms, inertias = [], [], []
+    for link in LINK_NAMES:
+        body = plant.GetBodyByName(link)
+        spatial_inertia = body.CalcSpatialInertiaInBodyFrame(context)
+        masses.append(spatial_inertia.get_mass())
+        coms.append(spatial_inertia.get_com())
+        about_com = spatial_inertia.Shift(spatial_inertia.get_com()).CalcRotationalInertia()
+        inertias.append(about_com.CopyToFullMatrix3())
+    return KinematicTree(
+        joint_axis=_constant([joint.revolute_axis() for joint in joints]),
+        joint_offset=_constant([joint.frame_on_parent().GetFixedPoseInBodyFrame().translation() for joint in joints]),
+        foot_offset=_constant(foot_offset),
+        link_mass=_constant(masses),
+        link_com=_constant(coms),
+        link_inertia=_constant(inertias),
+    )
+
+
+def _read_feet(plant: MultibodyPlant, scene_graph: SceneGraph) -> tuple[list, float]:
+    """Returns the centres of the feet's collision spheres in their shanks' frames, and their radius."""
+    inspector = scene_graph.model_inspector()
+    offsets, radii = [], []
+    for leg in Leg:
+        frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(f"{leg.name}_SHANK").index())
+        for geometry in inspector.GetGeometries(frame, Role.kProximity):
+            if inspector.GetName(geometry).endswith("_foot") and isinstance(inspector.GetShape(geometry), Sphere):
+                pose: RigidTransform = inspector.GetPoseInFrame(geometry)
+                offsets.append(pose.translation())
+                radii.append(inspector.GetShape(geometry).radius())
+    if len(offsets) != len(Leg) or len(set(radii)) != 1:
+        raise UserInputError("the URDF needs one collision sphere named <leg>_SHANK_foot per leg, all of one radius")
+    return offsets, float(radii[0])
+
+
+def _constant(values) -> np.ndarray:
+    array = np.array(values, dtype=float)
+    array.flags.writeable = False
+    return array
+
+
+__all__ = [
+    "JOINT_NAMES",
+    "LINK_NAMES",
+    "CameraDescription",
+    "CameraMount",
+    "KinematicTree",
+    "RobotModel",
+    "load_robot",
+    "robot_names",
+]
