@@ -1,0 +1,98 @@
+"""Planned contacts meet sensed ones: what each foot does now, and how it should accelerate."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from quadpips_drake.control.mpc_policy import MpcPolicy
+from quadpips_drake.robots.legs import NUM_LEGS, Leg
+from quadpips_drake.robots.robot_state import RobotState
+
+
+class FootMode(IntEnum):
+    """What a foot does."""
+
+    STANCE = 0
+    """Planned to be down: bears load."""
+    SWING = 1
+    """Planned to be in the air: follows its spline."""
+    EARLY = 2
+    """Touched the ground late in its swing, before the planned time: bears load."""
+    SEARCH = 3
+    """Should have touched down but feels no ground: is lowered further along the ground's normal."""
+
+
+@dataclass(frozen=True, eq=False)
+class FootTargets:
+    """Wishes for the four feet at one instant."""
+
+    modes: np.ndarray
+    """FootMode of each foot, int (4,)."""
+    accelerations: np.ndarray
+    """Wanted accelerations of the foot centres in W [m/s^2], (4, 3)."""
+
+    @property
+    def contacts(self) -> np.ndarray:
+        """Feet that bear load, bool (4,)."""
+        return (self.modes == FootMode.STANCE) | (self.modes == FootMode.EARLY)
+
+
+def foot_mode(planned_down: bool, sensed: bool, spline, time: float, early_phase: float) -> FootMode:
+    """Mode of one foot.
+
+    Args:
+        planned_down: the schedule wants it on the ground.
+        sensed: it touches the ground.
+        spline: its SwingSpline in progress, else its last one, else None.
+        time: now [s].
+        early_phase: part of a swing after which a touch counts as touch-down [1].
+    """
+    if planned_down:
+        # Only a foot that came out of a swing searches: at the start, and when a foot is briefly unloaded, trust the plan.
+        has_swung = spline is not None and time >= spline.end_time
+        return FootMode.SEARCH if has_swung and not sensed else FootMode.STANCE
+    if sensed and spline is not None and time > spline.start_time + early_phase * (spline.end_time - spline.start_time):
+        return FootMode.EARLY
+    return FootMode.SWING
+
+
+def foot_targets(
+    state: RobotState, policy: MpcPolicy, planned: np.ndarray, p_WF: np.ndarray, v_WF: np.ndarray, config
+) -> FootTargets:
+    """Modes and wanted accelerations of all feet.
+
+    A stance foot is decelerated, a swing foot follows its spline: a = a_d + Kp (p_d - p) + Kd (v_d - v), a searching foot
+    holds its place sideways and goes down at constant speed.
+
+    Args:
+        state: measured state.
+        policy: MPC policy with the splines.
+        planned: stance flags of the schedule now, bool (4,).
+        p_WF, v_WF: foot centres and their velocities in W, (4, 3).
+        config: WbcConfig.
+    """
+    time = state.stamp
+    modes = np.zeros(NUM_LEGS, dtype=int)
+    accelerations = -config.stance_damping * v_WF
+    for leg in Leg:
+        spline = policy.swing(leg, time)
+        modes[leg] = foot_mode(planned[leg], state.contacts[leg], spline, time, config.early_contact_phase)
+        if modes[leg] == FootMode.SWING:
+            if spline is None:  # lift-off without a spline: hold the foot where it is
+                continue
+            p, v, a = spline.evaluate(time)
+            accelerations[leg] = a + config.swing_kp * (p - p_WF[leg]) + config.swing_kd * (v - v_WF[leg])
+        elif modes[leg] == FootMode.SEARCH:
+            accelerations[leg] = _search(spline, policy.normals[leg], p_WF[leg], v_WF[leg], config)
+    return FootTargets(modes, accelerations)
+
+
+def _search(spline, normal, p, v, config) -> np.ndarray:
+    """Acceleration of a foot that is lowered along ``normal`` below the end of its ``spline``."""
+    end, _, _ = spline.evaluate(spline.end_time)
+    error = end - p
+    depth = normal @ error
+    sideways = error - depth * normal
+    speed = config.search_speed if depth < config.search_depth else 0.0
+    return config.swing_kp * sideways + config.swing_kd * (-speed * normal - v)

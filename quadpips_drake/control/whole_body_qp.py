@@ -1,0 +1,68 @@
+"""The dense quadratic program of whole-body control, solved by ProxQP with a warm start that the caller carries."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from proxsuite import proxqp
+
+from quadpips_drake.values import ImmutableValue
+
+
+@dataclass(frozen=True, eq=False)
+class QpSolution(ImmutableValue):
+    """Primal and dual solution, and what the solver said about it."""
+
+    success: bool
+    status: str
+    iterations: int
+    x: np.ndarray
+    """Primal, (n,)."""
+    y: np.ndarray
+    """Multipliers of the equalities."""
+    z: np.ndarray
+    """Multipliers of the inequalities."""
+
+
+class DenseQp:
+    """min 1/2 x^T H x + g^T x  such that  A x = b,  l <= C x <= u, of fixed size.
+
+    The workspace is scratch memory: the problem is set completely on each call and the warm start is an argument, so that
+    the answer depends on nothing else.
+    """
+
+    def __init__(
+        self, variables: int, equalities: int, inequalities: int, *, tolerance: float = 1e-5, max_iterations: int = 100
+    ):
+        self._sizes = (variables, equalities, inequalities)
+        self._qp = proxqp.dense.QP(variables, equalities, inequalities)
+        self._qp.settings.eps_abs = tolerance
+        self._qp.settings.eps_rel = 0.0
+        self._qp.settings.max_iter = max_iterations
+        self._qp.settings.initial_guess = proxqp.InitialGuess.WARM_START
+        self._initialised = False
+
+    def solve(self, H, g, A, b, C, lower, upper, warm: QpSolution | None = None) -> QpSolution:
+        """Solves the program; a failure is a value with ``success`` False."""
+        qp = self._qp
+        n, n_eq, n_in = self._sizes
+        if not all(np.all(np.isfinite(m)) for m in (H, g, A, b, C)):
+            return QpSolution(False, "not a number in the problem", 0, np.zeros(n), np.zeros(n_eq), np.zeros(n_in))
+        if self._initialised:
+            qp.update(H, g, A, b, C, lower, upper, True)
+        else:
+            qp.init(H, g, A, b, C, lower, upper)
+            self._initialised = True
+        if warm is not None:
+            qp.solve(warm.x, warm.y, warm.z)
+        else:
+            qp.solve(np.zeros(n), np.zeros(n_eq), np.zeros(n_in))
+        info = qp.results.info
+        solved = info.status == proxqp.PROXQP_SOLVED
+        return QpSolution(
+            solved,
+            "solved" if solved else str(info.status).split(".")[-1].lower(),
+            int(info.iter),
+            np.array(qp.results.x),
+            np.array(qp.results.y),
+            np.array(qp.results.z),
+        )
