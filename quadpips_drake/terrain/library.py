@@ -1,0 +1,173 @@
+"""The terrains that come with the package, each made by a function with keyword parameters.
+
+Dimensions of `ramp_10`, `stairs` and `sparse_stones` are those of the QuadPiPS worlds (2026, section VIII; for ANYmal C the
+starts lie closer to the obstacle, and `sparse_stones` is centred on y = 0). Robots walk in +x.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from quadpips_drake.errors import UserInputError, unknown_name
+from quadpips_drake.perception.labels import Steppability
+from quadpips_drake.terrain.stone_setup import read_stone_setup
+from quadpips_drake.terrain.terrain import Box, Terrain, pose
+from quadpips_drake.terrain.terrain_file import read_terrain_file
+
+PLATFORM_THICKNESS = 0.1
+
+
+def flat(*, seed: int = 0, size: float = 16.0, distance: float = 3.0) -> Terrain:
+    """Level ground, ``size`` [m] square; the goal lies ``distance`` [m] ahead of the start."""
+    return Terrain("flat", (0, 0, 0), (distance, 0), 1.0, (_ground(size),))
+
+
+def stepping_stones(
+    *,
+    seed: int = 0,
+    pit_length: float = 1.5,
+    pit_depth: float = 1.0,
+    stone_size: float = 0.30,
+    gap: float = 0.10,
+    columns: int = 8,
+    rise: float = 0.0,
+) -> Terrain:
+    """Two platforms with a pit between them (x from 0 to ``pit_length``), crossed on a grid of square stones.
+
+    As many rows of stones as fit stand in the pit with ``gap`` between them; what is left is split between the two
+    platform edges (at the default size 3 rows, 0.20 m to either platform; a pit of 1.7 m has 4 rows and 0.10 m
+    everywhere). Stones are columns that stand on the pit floor; neighbouring stones differ by ``rise`` in height like on a
+    chess board. Lengths in m.
+    """
+    if stone_size <= 0 or gap < 0 or columns < 1 or pit_length < stone_size:
+        raise UserInputError(
+            "stepping_stones: stone_size > 0, gap >= 0, columns >= 1 and pit_length >= stone_size are needed"
+        )
+    rows = int((pit_length + gap + 1e-9) // (stone_size + gap))
+    pitch = stone_size + gap
+    x_first = 0.5 * pit_length - 0.5 * pitch * (rows - 1)
+    width = max(columns * pitch + 1.0, 3.0)
+    elements = [
+        _platform("start_platform", -3.0, 0.0, width),
+        _platform("goal_platform", pit_length, pit_length + 3.0, width),
+        _pit_floor(-3.0, pit_length + 3.0, width, -pit_depth),
+    ]
+    for row in range(rows):
+        for column in range(columns):
+            top = rise * ((row + column) % 2)
+            height = pit_depth + top
+            center = (x_first + pitch * row, pitch * (column - 0.5 * (columns - 1)), top - 0.5 * height)
+            elements.append(Box(name=f"stone_{row}_{column}", size=(stone_size, stone_size, height), X_WE=pose(center)))
+    return Terrain("stepping_stones", (-1, 0, 0), (pit_length + 1.0, 0), 1.0, tuple(elements))
+
+
+def sparse_stones(
+    *, seed: int = 0, probability: float = 0.4, stone_size: float = 0.15, rows: int = 20, columns: int = 20
+) -> Terrain:
+    """A pit with stones on a grid without gaps, each place taken with ``probability``, drawn by ``seed``."""
+    rng = np.random.default_rng(seed)
+    half, width = 0.5 * stone_size * columns, stone_size * rows + 1.0
+    elements = [
+        _platform("start_platform", -half - 3.0, -half, width),
+        _platform("goal_platform", half, half + 3.0, width),
+        _pit_floor(-half - 3.0, half + 3.0, width, -1.0),
+    ]
+    for row in range(rows):
+        for column in range(columns):
+            if rng.random() < probability:
+                x, y = stone_size * (column + 0.5) - half, stone_size * (row + 0.5 - 0.5 * rows)
+                size = (stone_size, stone_size, PLATFORM_THICKNESS)
+                center = (x, y, -0.5 * PLATFORM_THICKNESS)
+                elements.append(Box(name=f"stone_{row}_{column}", size=size, X_WE=pose(center)))
+    return Terrain("sparse_stones", (-half - 1.0, 0, 0), (half + 1.0, 0), 1.0, tuple(elements))
+
+
+def ramp_10(*, seed: int = 0, angle: float = 0.175, length: float = 3.0, width: float = 3.0) -> Terrain:
+    """A ramp up to a platform; ``angle`` [rad] (0.175 is 10 degrees), ``length`` of the ramp [m].
+
+    As in the original world the mid-plane of the 0.1 m thick ramp starts on the ground, so that its top begins with a lip of
+    0.049 m.
+    """
+    if not 0 < angle < 1.2:
+        raise UserInputError("ramp_10: angle must be between 0 and 1.2 rad")
+    run, climb = length * math.cos(angle), length * math.sin(angle)
+    size = (length, width, PLATFORM_THICKNESS)
+    platform = (3.0, width, PLATFORM_THICKNESS)
+    elements = (
+        _ground(14.0),
+        Box(name="ramp", size=size, X_WE=pose((0, 0, 0.5 * climb), (0, -angle, 0))),
+        Box(name="platform", size=platform, X_WE=pose((0.5 * run + 1.5, 0, climb))),
+    )
+    return Terrain("ramp_10", (-0.5 * run - 0.9, 0, 0), (0.5 * run + 1.1, 0), 1.0, elements)
+
+
+def stairs(*, seed: int = 0, rise: float = 0.05, run: float = 0.20, steps: int = 10, width: float = 3.0) -> Terrain:
+    """Stairs of ``steps`` treads, each ``rise`` higher and ``run`` further than the last, up to a platform. Lengths in m."""
+    if rise <= 0 or run <= 0 or steps < 1:
+        raise UserInputError("stairs: rise > 0, run > 0 and steps >= 1 are needed")
+    elements = [_ground(14.0)]
+    for i in range(steps):
+        center = (run * i, 0, rise * (i + 0.5))
+        elements.append(Box(name=f"tread_{i}", size=(run, width, rise), X_WE=pose(center)))
+    # The platform's centre lies `rise / 2` above the last tread's, as in the original world (top 0.525 m at rise 0.05 m).
+    end = run * (steps - 0.5)
+    elements.append(Box(name="platform", size=(3.0, width, rise), X_WE=pose((end + 1.5, 0, rise * steps))))
+    return Terrain("stairs", (-0.5 * run - 1.1, 0, 0), (end + 1.0, 0), 1.0, tuple(elements))
+
+
+GENERATORS = {
+    "flat": flat,
+    "ramp_10": ramp_10,
+    "sparse_stones": sparse_stones,
+    "stairs": stairs,
+    "stepping_stones": stepping_stones,
+}
+
+
+def terrain_names() -> list[str]:
+    """Names that ``load_terrain`` knows, sorted."""
+    return sorted(GENERATORS)
+
+
+def load_terrain(name_or_path: str, seed: int = 0, start=None, goal=None) -> Terrain:
+    """Returns a terrain of the library by name, or reads one from a file (.yaml, .yml, or the authors' .json).
+
+    ``seed`` decides what is random in a library terrain. ``start`` (x, y, yaw) and ``goal`` (x, y), when given, replace
+    those of the terrain; a .json file has none of its own. Raises UserInputError with one line for whatever is wrong.
+    """
+    text = str(name_or_path)
+    suffix = Path(text).suffix.lower()
+    if text in GENERATORS:
+        return _with_ends(GENERATORS[text](seed=seed), start, goal)
+    if suffix in (".yaml", ".yml"):
+        return read_terrain_file(text, start, goal)
+    if suffix == ".json":
+        return read_stone_setup(text, start, goal)
+    if suffix or "/" in text:
+        raise UserInputError(f"terrain file '{text}': the name must end in .yaml, .yml or .json")
+    raise unknown_name("terrain", text, terrain_names())
+
+
+def _with_ends(terrain: Terrain, start, goal) -> Terrain:
+    if start is None and goal is None:
+        return terrain
+    start = terrain.start if start is None else start
+    goal = terrain.goal if goal is None else goal
+    return Terrain(terrain.name, start, goal, terrain.friction, terrain.elements)
+
+
+def _ground(size: float) -> Box:
+    return Box(name="ground", size=(size, size, 0.2), X_WE=pose((0, 0, -0.1)))
+
+
+def _platform(name: str, x_from: float, x_to: float, width: float) -> Box:
+    """A slab with its top at z = 0."""
+    size = (x_to - x_from, width, PLATFORM_THICKNESS)
+    return Box(name=name, size=size, X_WE=pose((0.5 * (x_from + x_to), 0, -0.5 * PLATFORM_THICKNESS)))
+
+
+def _pit_floor(x_from: float, x_to: float, width: float, top: float) -> Box:
+    size = (x_to - x_from, width, PLATFORM_THICKNESS)
+    center = (0.5 * (x_from + x_to), 0, top - 0.5 * PLATFORM_THICKNESS)
+    return Box(name="pit_floor", size=size, X_WE=pose(center), label=Steppability.NON_PASSABLE)
