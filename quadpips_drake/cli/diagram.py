@@ -1,0 +1,93 @@
+"""``quadpips diagram``: the wiring as a picture."""
+
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadpips_drake.cli import console
+from quadpips_drake.errors import UserInputError, unknown_name
+
+EPILOG = """
+Examples:
+
+  quadpips diagram quadpips                writes quadpips.svg
+
+  quadpips diagram perception --out perception.png
+
+  quadpips diagram quadpips --max-depth 0  the outer ports alone
+
+Without Graphviz's dot the file is written in dot's own language (FILE.dot) and a line says so.
+"""
+
+FORMATS = ("svg", "png", "pdf", "dot")
+
+
+def diagram(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="station, perception, tracking or quadpips.")],
+    out: Annotated[Path | None, typer.Option(metavar="FILE.svg", help="Or .png, .pdf, .dot. Default: NAME.svg.")] = None,
+    robot: Annotated[str, typer.Option(metavar="NAME", help="anymal_c or go2.")] = "anymal_c",
+    terrain: Annotated[str, typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list'.")] = "flat",
+    max_depth: Annotated[int, typer.Option(min=0, metavar="N", help="How many levels of subsystems to draw.")] = 1,
+):
+    """Draw a diagram: its systems, their ports and the wires between them."""
+    builders = _builders()
+    if name not in builders:
+        raise unknown_name("diagram", name, builders)
+    out = out or Path(f"{name}.svg")
+    if out.suffix.lstrip(".") not in FORMATS:
+        raise UserInputError(f"--out {out}: the name must end in {', '.join('.' + f for f in FORMATS)}")
+    from quadpips_drake.robots.robot_model import load_robot
+    from quadpips_drake.terrain.library import load_terrain
+
+    built = builders[name](load_robot(robot), load_terrain(terrain))
+    console.writable_directory(out.parent)
+    typer.echo(_draw(built.GetGraphvizString(max_depth=max_depth, options={"plant/geometry_query": "0"}), out))
+
+
+def _builders() -> dict:
+    """Name -> function of RobotModel and Terrain that builds the diagram."""
+    return {"station": _station, "perception": _perception, "tracking": _tracking, "quadpips": _quadpips}
+
+
+def _station(robot, terrain):
+    from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
+
+    return make_simulation_station(robot, terrain, StationConfig())
+
+
+def _perception(robot, terrain):
+    from quadpips_drake.diagrams.perception_module import PerceptionConfig, make_perception_module
+
+    return make_perception_module(robot, _station(robot, terrain).camera_intrinsics, PerceptionConfig())
+
+
+def _tracking(robot, terrain):
+    from quadpips_drake.diagrams.tracking_controller import TrackingConfig, make_tracking_controller
+
+    return make_tracking_controller(robot, TrackingConfig())
+
+
+def _quadpips(robot, terrain):
+    from quadpips_drake.cli.run import resolve_trial_config
+    from quadpips_drake.diagrams.quadpips import QuadpipsDiagram
+
+    stages = resolve_trial_config(None, {"robot": robot.name}, []).stages
+    return QuadpipsDiagram(robot, terrain, stages, seed=0)
+
+
+def _draw(graph: str, out: Path) -> str:
+    """Writes the picture of a graph in dot's language, and returns a line that says what was written."""
+    dot = shutil.which("dot")
+    if out.suffix == ".dot" or dot is None:
+        source = out.with_suffix(".dot")
+        source.write_text(graph, encoding="utf-8")
+        if out.suffix == ".dot":
+            return f"wrote {source}"
+        return f"wrote {source}: no {out.suffix[1:]} without Graphviz's dot (on Debian or Ubuntu: apt install graphviz)"
+    done = subprocess.run([dot, f"-T{out.suffix[1:]}", "-o", str(out)], input=graph, text=True, capture_output=True)
+    if done.returncode != 0:
+        raise RuntimeError(f"dot failed: {done.stderr}")
+    return f"wrote {out}"

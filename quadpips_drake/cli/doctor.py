@@ -1,0 +1,196 @@
+"""``quadpips doctor``: is this machine able to run the simulation?"""
+
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+
+import typer
+from rich.console import Console
+
+from quadpips_drake.cli import console
+
+STANDING_TIME = 1.0
+"""Simulated time of the standing robot [s]."""
+
+
+class CheckFailed(Exception):
+    """A check that failed; the message says what is wrong."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line of the report."""
+
+    name: str
+    run: Callable[[], str]
+    """Returns a remark, or raises anything when the check fails."""
+    remedy: str
+    """What to do when it fails."""
+    isolated: bool = False
+    """Whether to run in a process of its own, because a missing system library may end the process."""
+
+
+def doctor():
+    """Check this machine: Python, Drake, rendering, solvers, cores, caches, and one second of standing.
+
+    Each line says OK or FAIL, and after FAIL what to do. Exit status: 0 all is well, 1 something failed.
+    """
+    output = Console(highlight=False, soft_wrap=True)
+    failures = 0
+    for check in checks():
+        output.print(f"     {check.name} ...", end="\r")
+        ok, remark = outcome(check)
+        failures += not ok
+        output.print("[green]OK  [/]" if ok else "[red]FAIL[/]", end=" ")
+        output.print(f"{check.name}: {remark}", markup=False)
+        if not ok:
+            output.print(f"     -> {check.remedy}", markup=False)
+    if failures:
+        output.print(f"{failures} of {len(list(checks()))} checks failed")
+    raise typer.Exit(console.FAILURE if failures else console.SUCCESS)
+
+
+def checks() -> Iterator[Check]:
+    """The checks, cheap ones first."""
+    reinstall = "install the pinned versions: pip install -c constraints.txt -e . (or: make clean setup)"
+    yield Check("Python", _python, "use Python 3.11 or newer")
+    yield Check("Drake", _drake, reinstall, isolated=True)
+    yield Check("processor cores", _cores, "use a machine with 2 cores or more; with one it works, slowly")
+    yield Check("compiled-code cache", _numba_cache, "make the package's folder writable, or set NUMBA_CACHE_DIR")
+    for solver in ("PIQP", "ProxQP", "OSQP", "Clarabel"):
+        yield Check(f"solver {solver}", partial(_solve, solver), reinstall)
+    egl = "install libEGL; on Debian or Ubuntu: apt install libegl1 libgl1"
+    yield Check("depth camera (EGL)", _render, egl, isolated=True)
+    yield Check("standing for a second", _stand, "run 'make test' to see which part fails", isolated=True)
+
+
+def outcome(check: Check) -> tuple[bool, str]:
+    """Returns whether the check passed, and its remark or the reason why not."""
+    try:
+        if not check.isolated:
+            return True, check.run()
+        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
+            return True, process.submit(check.run).result()
+    except BrokenProcessPool:
+        return False, "the process ended abruptly"
+    except Exception as error:  # a doctor reports whatever the matter is
+        lines = str(error).strip().splitlines()
+        return False, lines[0] if lines else type(error).__name__
+
+
+def _python() -> str:
+    return f"{platform.python_version()} ({sys.executable})"  # pip lets no version in that is too old
+
+
+def _drake() -> str:
+    from importlib.metadata import version
+
+    import pydrake.all  # noqa: F401  (the import is the check)
+
+    return version("drake")
+
+
+def _cores() -> str:
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if cores < 2:
+        raise CheckFailed(f"only {cores}")
+    return str(cores)
+
+
+def _numba_cache() -> str:
+    import numba
+
+    import quadpips_drake
+
+    folder = Path(numba.config.CACHE_DIR or Path(quadpips_drake.__file__).parent)
+    if not os.access(folder, os.W_OK):
+        raise CheckFailed(f"{folder} is not writable, so that every start would compile anew")
+    return f"{folder} is writable"
+
+
+def _solve(name: str) -> str:
+    """Solves min (x - 1)^2 + (y - 2)^2 with x + y = 1 and y <= 0.5 (the answer is 0.5, 0.5)."""
+    import numpy as np
+    from pydrake.solvers import MathematicalProgram
+
+    program = MathematicalProgram()
+    x = program.NewContinuousVariables(2)
+    program.AddQuadraticErrorCost(np.eye(2), np.array([1.0, 2.0]), x)
+    program.AddLinearEqualityConstraint(np.ones((1, 2)), np.ones(1), x)
+    program.AddBoundingBoxConstraint(-np.inf, 0.5, x[1])
+    started = time.perf_counter()
+    result = _solver(name).Solve(program)
+    elapsed = time.perf_counter() - started
+    if not result.is_success() or not np.allclose(result.GetSolution(x), 0.5, atol=1e-3):
+        raise CheckFailed(f"a small quadratic program was not solved ({result.get_solution_result()})")
+    return f"solves a small quadratic program ({1e3 * elapsed:.1f} ms)"
+
+
+def _solver(name: str):
+    """Returns the SolverInterface called ``name``."""
+    from pydrake.solvers import ClarabelSolver, OsqpSolver
+
+    from quadpips_drake.solvers.piqp_solver import PiqpSolver
+    from quadpips_drake.solvers.proxqp_solver import ProxqpSolver
+
+    return {"PIQP": PiqpSolver, "ProxQP": ProxqpSolver, "OSQP": OsqpSolver, "Clarabel": ClarabelSolver}[name]()
+
+
+def _station(terrain: str):
+    """Builds ANYmal C, standing on a terrain; returns the station and a Simulator of it with its inputs fixed."""
+    import numpy as np
+    from pydrake.systems.analysis import Simulator
+
+    from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
+    from quadpips_drake.robots.robot_model import load_robot
+    from quadpips_drake.terrain.library import load_terrain
+
+    robot = load_robot("anymal_c")
+    station = make_simulation_station(robot, load_terrain(terrain), StationConfig())
+    simulator = Simulator(station)
+    context = simulator.get_mutable_context()
+    station.set_initial_state(context, 0.0, 0.0, 0.0)
+    station.GetInputPort("feedforward_torque").FixValue(context, np.zeros(12))
+    desired = np.concatenate((robot.nominal_joints, np.zeros(12)))
+    station.GetInputPort("desired_joint_state").FixValue(context, desired)
+    return station, simulator
+
+
+def _render() -> str:
+    """Renders one depth image of the flat ground in front of the robot."""
+    import numpy as np
+
+    station, simulator = _station("flat")
+    port = station.GetOutputPort("depth_image")
+    simulator.Initialize()
+    started = time.perf_counter()
+    image = port.Eval(simulator.get_context())
+    elapsed = time.perf_counter() - started
+    seen = np.isfinite(image.data).mean()
+    if not seen > 0.05:
+        raise CheckFailed("the ground in front of the robot does not appear in the depth image")
+    return f"{image.width()}x{image.height()} depth image rendered ({1e3 * elapsed:.0f} ms for the first)"
+
+
+def _stand() -> str:
+    """Simulates the robot standing on the flat."""
+    station, simulator = _station("flat")
+    port = station.GetOutputPort("robot_state")
+    before = port.Eval(simulator.get_context())
+    started = time.perf_counter()
+    simulator.AdvanceTo(STANDING_TIME)
+    factor = STANDING_TIME / (time.perf_counter() - started)
+    after = port.Eval(simulator.get_context())
+    sunk = before.p_WB[2] - after.p_WB[2]
+    tilt = abs(after.rpy_WB[:2]).max()
+    if sunk > 0.05 or tilt > 0.1:
+        raise CheckFailed(f"the robot sank by {sunk:.2f} m and tilted by {tilt:.2f} rad")
+    return f"upright, real-time factor {factor:.1f}"

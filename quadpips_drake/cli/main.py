@@ -1,0 +1,60 @@
+"""The command ``quadpips``. Heavy modules are imported inside the commands, so that ``--help`` answers at once."""
+
+import os
+
+# The matrices are small: BLAS threads cost more than they bring, and with one thread sums have one order, so that the
+# same seed gives the same bits. It has to be said before NumPy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from typing import Annotated
+
+import typer
+
+from quadpips_drake import __version__
+from quadpips_drake.cli import diagram, doctor, run, terrain
+from quadpips_drake.cli.console import OneLineErrors
+
+EPILOG = """
+Try 'quadpips doctor' first, then 'quadpips run'; each command explains itself with --help.
+"""
+
+app = typer.Typer(
+    cls=OneLineErrors,
+    name="quadpips",
+    help="A quadruped sees rough ground with a depth camera, decides where to step and walks there, simulated in Drake.",
+    epilog=EPILOG,
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _print_version(wanted: bool):
+    if wanted:
+        typer.echo(f"quadpips_drake {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+):
+    pass
+
+
+app.command(epilog=run.EPILOG)(run.run)
+app.add_typer(terrain.app, name="terrain")
+app.command(epilog=diagram.EPILOG)(diagram.diagram)
+app.command()(doctor.doctor)
+
+
+def main():
+    """Entry point of the console script."""
+    app(prog_name="quadpips")
+
+
+if __name__ == "__main__":
+    main()
