@@ -1,0 +1,113 @@
+"""``quadpips terrain``: what terrains there are, what they look like, and their files."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from quadpips_drake.cli.console import numbers
+
+EPILOG = """
+Examples:
+
+  quadpips terrain list
+
+  quadpips terrain show stairs --out stairs.png
+
+  quadpips terrain export sparse_stones --seed 3 --out my_stones.yaml   edit it, then: quadpips run --terrain my_stones.yaml
+"""
+
+app = typer.Typer(help="List, show and export terrains.", epilog=EPILOG, no_args_is_help=True)
+
+NameArgument = Annotated[str, typer.Argument(metavar="NAME|FILE", help="A name from 'list', or a .yaml or .json file.")]
+SeedOption = Annotated[int, typer.Option(min=0, metavar="N", help="Decides what is random in the terrain.")]
+StartOption = Annotated[str | None, typer.Option(metavar="X,Y,YAW", help="Start, m and rad. Default: the terrain's.")]
+GoalOption = Annotated[str | None, typer.Option(metavar="X,Y", help="Goal, m. Default: the terrain's.")]
+
+
+@app.command("list")
+def list_terrains():
+    """List the terrains that come with the package."""
+    from quadpips_drake.terrain.library import GENERATORS, load_terrain
+
+    table = Table("name", "elements", "size [m]", "start x, y, yaw", "goal x, y", "what it is", box=None, pad_edge=False)
+    for name, generator in GENERATORS.items():
+        terrain = load_terrain(name)
+        summary = generator.__doc__.split(".")[0].replace("``", "").replace("\n", " ")
+        table.add_row(
+            name,
+            str(len(terrain.elements)),
+            _size(terrain),
+            _list(terrain.start),
+            _list(terrain.goal),
+            " ".join(summary.split()),
+        )
+    Console().print(table)
+
+
+@app.command()
+def show(
+    name: NameArgument,
+    out: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Or .svg, .pdf. Default: NAME.png.")] = None,
+    seed: SeedOption = 0,
+    start: StartOption = None,
+    goal: GoalOption = None,
+):
+    """Draw a terrain from above, and say its size, start and goal."""
+    from quadpips_drake.terrain.picture import save_terrain_picture
+
+    terrain = _load(name, seed, start, goal)
+    out = out or Path(f"{terrain.name}.png")
+    save_terrain_picture(terrain, out)
+    _describe(terrain)
+    for problem in (terrain.problem_with_start(), terrain.problem_with_goal()):
+        if problem:
+            typer.echo(f"warning:  {problem}")
+    typer.echo(f"picture:  {out}")
+
+
+@app.command()
+def export(
+    name: NameArgument,
+    out: Annotated[Path | None, typer.Option(metavar="FILE.yaml", help="Default: NAME.yaml.")] = None,
+    seed: SeedOption = 0,
+    start: StartOption = None,
+    goal: GoalOption = None,
+):
+    """Write a terrain as a YAML file, to be edited and given to 'quadpips run --terrain'."""
+    from quadpips_drake.errors import UserInputError
+    from quadpips_drake.terrain.terrain_file import write_terrain_file
+
+    terrain = _load(name, seed, start, goal)
+    out = out or Path(f"{terrain.name}.yaml")
+    if out.suffix.lower() not in (".yaml", ".yml"):
+        raise UserInputError(f"--out {out}: the name must end in .yaml or .yml")
+    write_terrain_file(terrain, out)
+    _describe(terrain)
+    typer.echo(f"file:     {out}")
+
+
+def _load(name: str, seed: int, start: str | None, goal: str | None):
+    from quadpips_drake.terrain.library import load_terrain
+
+    start = numbers("--start", start, "X,Y,YAW") if start else None
+    goal = numbers("--goal", goal, "X,Y") if goal else None
+    return load_terrain(name, seed=seed, start=start, goal=goal)
+
+
+def _describe(terrain):
+    typer.echo(f"terrain:  {terrain.name}, {len(terrain.elements)} elements, friction {terrain.friction:g}")
+    typer.echo(f"size:     {_size(terrain)} m (x, y, z)")
+    typer.echo(f"start:    {_list(terrain.start)} (x, y [m], yaw [rad])")
+    typer.echo(f"goal:     {_list(terrain.goal)} (x, y [m])")
+
+
+def _size(terrain) -> str:
+    low, high = terrain.bounds()
+    return " x ".join(f"{value:.2f}".rstrip("0").rstrip(".") for value in high - low)
+
+
+def _list(values) -> str:
+    return ", ".join(f"{value:.3f}".rstrip("0").rstrip(".") for value in values)
