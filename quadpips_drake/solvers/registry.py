@@ -1,0 +1,60 @@
+"""Solvers by name, so that one configuration key chooses the back-end of any problem."""
+
+import time
+
+import numpy as np
+from pydrake.solvers import ClarabelSolver, OsqpSolver, SolverId, SolverOptions
+
+from quadpips_drake.errors import unknown_name
+from quadpips_drake.solvers.piqp_solver import PiqpSolver
+from quadpips_drake.solvers.proxqp_solver import ProxQpSolver
+from quadpips_drake.solvers.qp_solver import QpSolver, SolveDetails
+
+_FACTORIES = {
+    "piqp": lambda: PiqpSolver("sparse_multistage"),
+    "piqp_ldlt": lambda: PiqpSolver("sparse_ldlt"),
+    "piqp_dense": lambda: PiqpSolver("dense_cholesky"),
+    "proxqp": ProxQpSolver,
+    "osqp": OsqpSolver,
+    "clarabel": ClarabelSolver,
+}
+
+
+def solver_names() -> list[str]:
+    """Names that ``make_solver`` knows."""
+    return sorted(_FACTORIES)
+
+
+def make_solver(name: str):
+    """Returns a new pydrake SolverInterface for quadratic programs."""
+    if name not in _FACTORIES:
+        raise unknown_name("solver", name, _FACTORIES)
+    return _FACTORIES[name]()
+
+
+def solve_program(solver, prog, initial_guess=None) -> tuple[np.ndarray, SolveDetails]:
+    """Solves ``prog`` with any solver, ours or Drake's. Returns the solution (NaN where there is none) and the details."""
+    if isinstance(solver, QpSolver):
+        return solver.solve_program(prog, initial_guess)
+    start = time.perf_counter()
+    result = solver.Solve(prog, initial_guess, _drake_options(solver))
+    elapsed = time.perf_counter() - start
+    details = result.get_solver_details()
+    # OSQP and Clarabel call the same things by different names.
+    iterations = int(getattr(details, "iter", getattr(details, "iterations", 0)))
+    status = str(getattr(details, "status", getattr(details, "status_val", result.get_solution_result())))
+    residuals = (float(getattr(details, "primal_res", np.nan)), float(getattr(details, "dual_res", np.nan)))
+    outcome = SolveDetails(
+        solver.solver_id().name(), result.get_solution_result(), status, iterations, elapsed, 0.0, *residuals
+    )
+    return (result.get_x_val() if outcome.success else np.full(prog.num_vars(), np.nan)), outcome
+
+
+def _drake_options(solver):
+    options = SolverOptions()
+    if isinstance(solver, OsqpSolver):
+        options.SetOption(SolverId("OSQP"), "verbose", 0)
+        options.SetOption(SolverId("OSQP"), "max_iter", 20000)
+        options.SetOption(SolverId("OSQP"), "eps_abs", 1e-5)
+        options.SetOption(SolverId("OSQP"), "eps_rel", 1e-5)
+    return options
