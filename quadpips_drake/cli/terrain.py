@@ -4,8 +4,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from quadpips_drake.cli.console import numbers
 
@@ -32,19 +30,11 @@ def list_terrains():
     """List the terrains that come with the package."""
     from quadpips_drake.terrain.library import GENERATORS, load_terrain
 
-    table = Table("name", "elements", "size [m]", "start x, y, yaw", "goal x, y", "what it is", box=None, pad_edge=False)
     for name, generator in GENERATORS.items():
         terrain = load_terrain(name)
-        summary = generator.__doc__.split(".")[0].replace("``", "").replace("\n", " ")
-        table.add_row(
-            name,
-            str(len(terrain.elements)),
-            _size(terrain),
-            _list(terrain.start),
-            _list(terrain.goal),
-            " ".join(summary.split()),
-        )
-    Console().print(table)
+        typer.echo(f"{name:<16} {generator.__doc__.splitlines()[0].split('. ')[0].rstrip('.')}")
+        ends = f"start {_list(terrain.start)}; goal {_list(terrain.goal)}"
+        typer.echo(f"{'':<16} {len(terrain.elements)} elements; {_size(terrain)} m; {ends}")
 
 
 @app.command()

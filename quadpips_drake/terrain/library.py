@@ -19,7 +19,7 @@ PLATFORM_THICKNESS = 0.1
 
 
 def flat(*, seed: int = 0, size: float = 16.0, distance: float = 3.0) -> Terrain:
-    """Level ground, ``size`` [m] square; the goal lies ``distance`` [m] ahead of the start."""
+    """Level ground. It is a square of ``size`` [m]; the goal lies ``distance`` [m] ahead of the start."""
     return Terrain("flat", (0, 0, 0), (distance, 0), 1.0, (_ground(size),))
 
 
@@ -33,18 +33,18 @@ def stepping_stones(
     columns: int = 8,
     rise: float = 0.0,
 ) -> Terrain:
-    """Two platforms with a pit between them (x from 0 to ``pit_length``), crossed on a grid of square stones.
+    """Two platforms with a pit between them, crossed on a grid of square stones.
 
-    As many rows of stones as fit stand in the pit with ``gap`` between them; what is left is split between the two
-    platform edges (at the default size 3 rows, 0.20 m to either platform; a pit of 1.7 m has 4 rows and 0.10 m
-    everywhere). Stones are columns that stand on the pit floor; neighbouring stones differ by ``rise`` in height like on a
+    The pit reaches from x = 0 to ``pit_length``. As many rows of stones stand in it as fit with ``gap`` between them and at
+    least as much to the platforms; what is left is split between the two platform edges (by default 3 rows, 0.20 m to
+    either platform; a pit of 1.7 m has 4 rows and 0.10 m everywhere). Stones are columns that stand on the pit floor; neighbouring stones differ by ``rise`` in height like on a
     chess board. Lengths in m.
     """
-    if stone_size <= 0 or gap < 0 or columns < 1 or pit_length < stone_size:
+    if stone_size <= 0 or gap < 0 or columns < 1 or pit_length < stone_size + 2 * gap:
         raise UserInputError(
-            "stepping_stones: stone_size > 0, gap >= 0, columns >= 1 and pit_length >= stone_size are needed"
+            "stepping_stones: stone_size > 0, gap >= 0, columns >= 1 and pit_length >= stone_size + 2 gap are needed"
         )
-    rows = int((pit_length + gap + 1e-9) // (stone_size + gap))
+    rows = int((pit_length - gap + 1e-9) // (stone_size + gap))
     pitch = stone_size + gap
     x_first = 0.5 * pit_length - 0.5 * pitch * (rows - 1)
     width = max(columns * pitch + 1.0, 3.0)
@@ -65,7 +65,10 @@ def stepping_stones(
 def sparse_stones(
     *, seed: int = 0, probability: float = 0.4, stone_size: float = 0.15, rows: int = 20, columns: int = 20
 ) -> Terrain:
-    """A pit with stones on a grid without gaps, each place taken with ``probability``, drawn by ``seed``."""
+    """A pit with stones on a random part of the places of a grid.
+
+    Each place holds a stone with ``probability``, drawn by ``seed``; the grid itself has no gaps. Lengths in m.
+    """
     rng = np.random.default_rng(seed)
     half, width = 0.5 * stone_size * columns, stone_size * rows + 1.0
     elements = [
@@ -84,10 +87,10 @@ def sparse_stones(
 
 
 def ramp_10(*, seed: int = 0, angle: float = 0.175, length: float = 3.0, width: float = 3.0) -> Terrain:
-    """A ramp up to a platform; ``angle`` [rad] (0.175 is 10 degrees), ``length`` of the ramp [m].
+    """A ramp of 10 degrees up to a platform.
 
-    As in the original world the mid-plane of the 0.1 m thick ramp starts on the ground, so that its top begins with a lip of
-    0.049 m.
+    ``angle`` of the ramp in rad, ``length`` and ``width`` in m. As in the original world the mid-plane of the 0.1 m thick
+    ramp starts on the ground, so that its top begins with a lip of 0.049 m.
     """
     if not 0 < angle < 1.2:
         raise UserInputError("ramp_10: angle must be between 0 and 1.2 rad")
@@ -99,11 +102,14 @@ def ramp_10(*, seed: int = 0, angle: float = 0.175, length: float = 3.0, width: 
         Box(name="ramp", size=size, X_WE=pose((0, 0, 0.5 * climb), (0, -angle, 0))),
         Box(name="platform", size=platform, X_WE=pose((0.5 * run + 1.5, 0, climb))),
     )
-    return Terrain("ramp_10", (-0.5 * run - 0.9, 0, 0), (0.5 * run + 1.1, 0), 1.0, elements)
+    return Terrain("ramp_10", (round(-0.5 * run - 0.8, 1), 0, 0), (round(0.5 * run + 1.1, 1), 0), 1.0, elements)
 
 
 def stairs(*, seed: int = 0, rise: float = 0.05, run: float = 0.20, steps: int = 10, width: float = 3.0) -> Terrain:
-    """Stairs of ``steps`` treads, each ``rise`` higher and ``run`` further than the last, up to a platform. Lengths in m."""
+    """Stairs up to a platform.
+
+    There are ``steps`` treads, each ``rise`` higher and ``run`` further than the last. Lengths in m.
+    """
     if rise <= 0 or run <= 0 or steps < 1:
         raise UserInputError("stairs: rise > 0, run > 0 and steps >= 1 are needed")
     elements = [_ground(14.0)]

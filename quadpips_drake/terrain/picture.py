@@ -84,7 +84,7 @@ def save_terrain_picture(terrain: Terrain, path: str | Path):
     scale = draw_terrain(axes, terrain)
     axes.set_title(f"{terrain.name}: {len(terrain.elements)} elements, friction {terrain.friction:g}")
     axes.legend(loc="upper left", framealpha=0.9)
-    figure.colorbar(scale, ax=axes, label="height [m]", fraction=0.03, pad=0.02)
+    figure.colorbar(scale, cax=axes.inset_axes([1.02, 0.0, 0.025, 1.0]), label="height [m]")
     try:
         figure.savefig(path, dpi=130)
     except ValueError:
