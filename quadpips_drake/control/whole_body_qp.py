@@ -1,5 +1,7 @@
 """The dense quadratic program of whole-body control, solved by ProxQP with a warm start that the caller carries."""
 
+import atexit
+import weakref
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +25,17 @@ class QpSolution(ImmutableValue):
     """Multipliers of the inequalities."""
 
 
+# Drake's Python systems are never garbage collected (their callbacks refer to them), and ProxQP's bindings complain
+# at exit about everything that is still alive then: the workspaces are let go of just before.
+_alive: weakref.WeakSet = weakref.WeakSet()
+
+
+@atexit.register
+def _release():
+    for qp in list(_alive):
+        qp.release()
+
+
 class DenseQp:
     """min 1/2 x^T H x + g^T x  such that  A x = b,  l <= C x <= u, of fixed size.
 
@@ -40,6 +53,11 @@ class DenseQp:
         self._qp.settings.max_iter = max_iterations
         self._qp.settings.initial_guess = proxqp.InitialGuess.WARM_START
         self._initialised = False
+        _alive.add(self)
+
+    def release(self):
+        """Frees the workspace; nothing can be solved afterwards."""
+        self._qp = None
 
     def solve(self, H, g, A, b, C, lower, upper, warm: QpSolution | None = None) -> QpSolution:
         """Solves the program; a failure is a value with ``success`` False."""

@@ -1,0 +1,54 @@
+"""The walk by velocity command: the base follows the command, feet land below it, the walk begins and ends standing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quadpips_drake.control.gaits import load_gait
+from quadpips_drake.control.standing import standing_state
+from quadpips_drake.control.velocity_reference import VelocityWalk, WalkMemory, advance, wrapped
+from quadpips_drake.robots.robot_model import load_robot
+
+ROBOT = load_robot("go2")
+
+
+def _follow(walk, memory, command, start, stop):
+    """A robot that is always where its reference is."""
+    for now in np.arange(start, stop, 0.02):
+        x, y, _ = memory.pose
+        state = replace(
+            standing_state(ROBOT, now),
+            p_WB=np.array([x, y, ROBOT.nominal_base_height]),
+            v_WB=np.array([*memory.velocity[:2], 0]),
+        )
+        memory = walk.update(memory, state, np.asarray(command, float))
+    return memory
+
+
+def test_moves_with_the_command_and_stops_standing():
+    walk = VelocityWalk(ROBOT, load_gait("trot"))
+    memory = _follow(walk, WalkMemory.empty(), [0.3, 0.0, 0.0], 0.0, 3.0)
+    assert memory.velocity == pytest.approx([0.3, 0.0, 0.0])
+    assert memory.pose[0] > 0.5
+    reference = memory.reference
+    assert not reference.schedule.at(reference.times[0]).all()
+    assert reference.inputs[0, 2:12:3].sum() == pytest.approx(9.81 * ROBOT.mass)
+    for target in reference.footholds:
+        nominal = (
+            memory.pose[0] + ROBOT.nominal_footholds_B[target.leg, 0] + 0.3 * (target.touchdown_time + 0.15 - memory.stamp)
+        )
+        assert target.position[0] == pytest.approx(nominal, abs=1e-6)
+        assert target.position[2] == pytest.approx(ROBOT.foot_radius, abs=1e-6)
+    memory = _follow(walk, memory, [0.0, 0.0, 0.0], 3.0, 6.0)
+    assert memory.reference.schedule.at(6.0).all()
+    assert memory.reference.footholds == ()
+    assert not np.isfinite(memory.gait_start)
+
+
+def test_advance_goes_round_a_circle():
+    pose = np.zeros(3)
+    for _ in range(100):
+        pose = advance(pose, np.array([0.5, 0.0, 1.0]), 2.0 * np.pi / 100)
+    assert pose == pytest.approx([0.0, 0.0, 2.0 * np.pi], abs=1e-9)
+    assert wrapped(3.5) == pytest.approx(3.5 - 2.0 * np.pi)

@@ -1,0 +1,126 @@
+"""Whole-body control: statics, limits, contact logic, and what happens when the program fails."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quadpips_drake.control import whole_body_control as wbc
+from quadpips_drake.control.contact_logic import FootMode, foot_mode
+from quadpips_drake.control.mpc_policy import MpcPolicy
+from quadpips_drake.control.standing import standing_state
+from quadpips_drake.control.whole_body_qp import QpSolution
+from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.trajectory.reference import ContactSchedule
+
+ROBOTS = ("anymal_c", "go2")
+
+
+def _standing_policy(robot, schedule=None) -> MpcPolicy:
+    state = np.zeros(24)
+    state[6:9] = standing_state(robot).p_WB
+    state[12:] = robot.nominal_joints
+    schedule = schedule or ContactSchedule.standing()
+    down = schedule.at(0.0)
+    forces = np.zeros(24)
+    forces[2:12:3] = np.where(down, 9.81 * robot.mass / down.sum(), 0.0)
+    return MpcPolicy(
+        stamp=0.0,
+        times=np.array([0.0, 1.0]),
+        states=np.stack((state, state)),
+        inputs=forces[None],
+        base_twists=np.zeros((2, 6)),
+        schedule=schedule,
+        normals=np.tile([0.0, 0.0, 1.0], (4, 1)),
+    )
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_standing_forces_carry_the_weight(name):
+    robot = load_robot(name)
+    control = wbc.WholeBodyControl(robot)
+    command = control.compute(standing_state(robot), _standing_policy(robot), wbc.WholeBodyCommand.empty())
+    assert command.success
+    weight = 9.81 * robot.mass
+    assert command.forces.sum(axis=0) == pytest.approx([0.0, 0.0, weight], abs=0.01 * weight)
+    assert np.all(command.forces[:, 2] > 0.0)
+
+
+def test_a_foot_in_the_air_pushes_nothing_and_the_others_stay_in_their_cones():
+    robot = load_robot("anymal_c")
+    down = np.array([[True, False, False, True]])
+    control = wbc.WholeBodyControl(robot)
+    policy = _standing_policy(robot, ContactSchedule(np.zeros(0), down))
+    state = replace(standing_state(robot), v_WB=np.array([0.5, 0.5, 0.0]))
+    command = control.compute(state, policy, wbc.WholeBodyCommand.empty())
+    assert command.success
+    assert np.abs(command.forces[1:3]).max() < 0.1
+    sideways = np.linalg.norm(command.forces[:, :2], axis=1)
+    assert np.all(sideways <= wbc.WbcConfig().friction * command.forces[:, 2] + 0.1)
+
+
+def test_torque_limits_hold():
+    robot = load_robot("anymal_c")
+    weak = replace(robot, effort_limits=np.full(12, 15.0))
+    command = wbc.WholeBodyControl(weak).compute(
+        standing_state(robot), _standing_policy(robot), wbc.WholeBodyCommand.empty()
+    )
+    assert command.success
+    assert np.abs(command.torque).max() <= 15.0
+
+
+def test_without_a_policy_the_robot_holds_its_nominal_stance():
+    robot = load_robot("go2")
+    command = wbc.WholeBodyControl(robot).compute(standing_state(robot), MpcPolicy.empty(), wbc.WholeBodyCommand.empty())
+    assert command.status == "standing"
+    assert command.joint_positions == pytest.approx(robot.nominal_joints)
+
+
+def test_a_failed_program_is_counted_and_has_a_fallback(monkeypatch):
+    robot = load_robot("go2")
+    control = wbc.WholeBodyControl(robot)
+    policy = _standing_policy(robot)
+    good = control.compute(standing_state(robot), policy, wbc.WholeBodyCommand.empty())
+    failed = QpSolution(False, "max_iter_reached", 100, np.zeros(30), np.zeros(6), np.zeros(32))
+    monkeypatch.setattr(control._qp, "solve", lambda *args: failed)
+    bad = control.compute(standing_state(robot, 0.002), policy, good)
+    assert (bad.success, bad.status, bad.fallbacks) == (False, "max_iter_reached", 1)
+    assert bad.torque == pytest.approx(good.torque)  # at rest the damping adds nothing
+    for i in range(wbc.WbcConfig().max_consecutive_failures):
+        bad = control.compute(standing_state(robot, 0.004 + 0.002 * i), policy, bad)
+    assert bad.joint_positions == pytest.approx(robot.nominal_joints)
+    assert bad.fallbacks == wbc.WbcConfig().max_consecutive_failures + 1
+
+
+def test_a_state_that_is_not_a_number_fails_cleanly():
+    robot = load_robot("go2")
+    control = wbc.WholeBodyControl(robot)
+    good = control.compute(standing_state(robot), _standing_policy(robot), wbc.WholeBodyCommand.empty())
+    solution = control._qp.solve(np.full((30, 30), np.nan), *(np.zeros(1) for _ in range(6)), good.warm)
+    assert not solution.success
+    assert "not a number" in solution.status
+
+
+class _Spline:
+    start_time, end_time = 0.0, 0.4
+
+
+@pytest.mark.parametrize(
+    ("planned", "sensed", "time", "mode"),
+    [
+        (True, True, 0.5, FootMode.STANCE),
+        (True, False, 0.5, FootMode.SEARCH),
+        (False, False, 0.3, FootMode.SWING),
+        (False, True, 0.1, FootMode.SWING),
+        (False, True, 0.35, FootMode.EARLY),
+    ],
+)
+def test_planned_and_sensed_contact_decide_the_mode(planned, sensed, time, mode):
+    assert foot_mode(planned, sensed, _Spline(), time, 0.6) == mode
+    assert foot_mode(True, False, None, time, 0.6) == FootMode.STANCE
+
+
+def test_rotation_error_is_the_rotation_vector_for_small_angles():
+    R = wbc.rotation_matrix(np.array([0.1, -0.2, 0.7]))
+    assert wbc.rotation_error(np.array([0.1, -0.2, 0.7]), R) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert wbc.rotation_error(np.array([0.0, 0.0, 0.3]), np.eye(3)) == pytest.approx([0.0, 0.0, 2.0 * np.sin(0.15)])
