@@ -37,8 +37,8 @@ def stepping_stones(
 
     The pit reaches from x = 0 to ``pit_length``. As many rows of stones stand in it as fit with ``gap`` between them and at
     least as much to the platforms; what is left is split between the two platform edges (by default 3 rows, 0.20 m to
-    either platform; a pit of 1.7 m has 4 rows and 0.10 m everywhere). Stones are columns that stand on the pit floor; neighbouring stones differ by ``rise`` in height like on a
-    chess board. Lengths in m.
+    either platform; a pit of 1.7 m has 4 rows and 0.10 m everywhere). Stones are columns that stand on the pit floor;
+    neighbouring stones differ by ``rise`` in height like on a chess board. Lengths in m.
     """
     if stone_size <= 0 or gap < 0 or columns < 1 or pit_length < stone_size + 2 * gap:
         raise UserInputError(
