@@ -46,8 +46,8 @@ def doctor():
     output = Console(highlight=False, soft_wrap=True)
     failures = 0
     for check in checks():
-        output.print(f"     {check.name} ...", end="\r")
-        ok, remark = outcome(check)
+        with output.status(check.name):
+            ok, remark = outcome(check)
         failures += not ok
         output.print("[green]OK  [/]" if ok else "[red]FAIL[/]", end=" ")
         output.print(f"{check.name}: {remark}", markup=False)
@@ -66,7 +66,7 @@ def checks() -> Iterator[Check]:
     yield Check("processor cores", _cores, "use a machine with 2 cores or more; with one it works, slowly")
     yield Check("compiled-code cache", _numba_cache, "make the package's folder writable, or set NUMBA_CACHE_DIR")
     for solver in ("PIQP", "ProxQP", "OSQP", "Clarabel"):
-        yield Check(f"solver {solver}", partial(_solve, solver), reinstall)
+        yield Check(f"solver {solver}", partial(_solve, solver.lower()), reinstall, isolated=True)
     egl = "install libEGL; on Debian or Ubuntu: apt install libegl1 libgl1"
     yield Check("depth camera (EGL)", _render, egl, isolated=True)
     yield Check("standing for a second", _stand, "run 'make test' to see which part fails", isolated=True)
@@ -117,31 +117,21 @@ def _numba_cache() -> str:
 
 
 def _solve(name: str) -> str:
-    """Solves min (x - 1)^2 + (y - 2)^2 with x + y = 1 and y <= 0.5 (the answer is 0.5, 0.5)."""
+    """Solves min (x - 1)^2 + (y - 2)^2 with x + y = 1 and y <= 0.5; the answer is (0.5, 0.5)."""
     import numpy as np
     from pydrake.solvers import MathematicalProgram
+
+    from quadpips_drake.solvers.registry import make_solver, solve_program
 
     program = MathematicalProgram()
     x = program.NewContinuousVariables(2)
     program.AddQuadraticErrorCost(np.eye(2), np.array([1.0, 2.0]), x)
     program.AddLinearEqualityConstraint(np.ones((1, 2)), np.ones(1), x)
     program.AddBoundingBoxConstraint(-np.inf, 0.5, x[1])
-    started = time.perf_counter()
-    result = _solver(name).Solve(program)
-    elapsed = time.perf_counter() - started
-    if not result.is_success() or not np.allclose(result.GetSolution(x), 0.5, atol=1e-3):
-        raise CheckFailed(f"a small quadratic program was not solved ({result.get_solution_result()})")
-    return f"solves a small quadratic program ({1e3 * elapsed:.1f} ms)"
-
-
-def _solver(name: str):
-    """Returns the SolverInterface called ``name``."""
-    from pydrake.solvers import ClarabelSolver, OsqpSolver
-
-    from quadpips_drake.solvers.piqp_solver import PiqpSolver
-    from quadpips_drake.solvers.proxqp_solver import ProxqpSolver
-
-    return {"PIQP": PiqpSolver, "ProxQP": ProxqpSolver, "OSQP": OsqpSolver, "Clarabel": ClarabelSolver}[name]()
+    solution, details = solve_program(make_solver(name), program)
+    if not details.success or not np.allclose(solution, 0.5, atol=1e-3):
+        raise CheckFailed(f"a small quadratic program was not solved ({details.status})")
+    return f"solves a small quadratic program ({1e3 * details.solve_time:.1f} ms)"
 
 
 def _station(terrain: str):

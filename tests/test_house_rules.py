@@ -1,0 +1,117 @@
+"""Rules for the sources as a whole: which way imports run, how long things may be, what is documented."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from tests.source_tree import ROOT, files, module_name
+
+STAGES = (
+    "robots",
+    "terrain",
+    "sensing",
+    "perception",
+    "planning",
+    "trajectory",
+    "control",
+    "learning",
+    "visualization",
+)
+"""In the order in which data flows; a stage imports itself and earlier ones."""
+ABOVE_THE_STAGES = {
+    "baselines": {"baselines"},
+    "diagrams": {"diagrams", "baselines"},
+    "benchmark": {"benchmark", "diagrams", "baselines"},
+    "cli": {"cli", "benchmark", "diagrams", "baselines"},
+}
+"""What each of them may import besides all stages."""
+SOLVERS = "solvers"
+MODELS = "models"
+VOCABULARY = {"quadpips_drake.perception.labels", "quadpips_drake.perception.images"}
+"""Value types that lie with perception although earlier stages speak them too: kinds of ground, images and intrinsics."""
+PARTS = {*STAGES, *ABOVE_THE_STAGES, SOLVERS, MODELS}
+PACKAGE_FILES = [path for path in files("*.py") if path.relative_to(ROOT).parts[0] in ("quadpips_drake", "diagrams")]
+MAX_FILE_BYTES = 15_000_000
+MAX_FILE_LINES = 400
+MAX_FUNCTION_LINES = 60
+
+
+def part_of(module: str) -> str:
+    """'quadpips_drake.planning.plans' -> 'planning'; '' for a module at the top of the package, like errors."""
+    name = module.split(".")[1] if "." in module else ""
+    return name if name in PARTS else ""
+
+
+def imported_modules(path: Path) -> set[str]:
+    """Modules of the package that a file imports, anywhere in it."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return {name for name in found if name.startswith("quadpips_drake.")}
+
+
+def allowed_parts(part: str) -> set[str]:
+    """Parts of the package that the part may import; '' stands for the modules at the top."""
+    if part in ("", MODELS):
+        return {"", MODELS}
+    if part == SOLVERS:
+        return {"", SOLVERS}
+    if part in STAGES:
+        return {"", SOLVERS, MODELS, *STAGES[: STAGES.index(part) + 1]}
+    return {"", SOLVERS, MODELS, *STAGES, *ABOVE_THE_STAGES[part]}
+
+
+@pytest.mark.parametrize("path", PACKAGE_FILES, ids=module_name)
+def test_imports_run_downward(path):
+    allowed = allowed_parts(part_of(module_name(path)))
+    imported = {name for name in imported_modules(path) if name.rpartition(".")[0] not in VOCABULARY}
+    wrong = sorted(name for name in imported if part_of(name) not in allowed)
+    assert not wrong, f"{module_name(path)} must not import {wrong}"
+
+
+def test_no_file_is_too_large_for_the_repository():
+    large = [str(path.relative_to(ROOT)) for path in files("*") if path.stat().st_size > MAX_FILE_BYTES]
+    assert not large
+
+
+def test_files_and_functions_are_short():
+    long = []
+    for path in files("*.py"):
+        text = path.read_text(encoding="utf-8")
+        name = path.relative_to(ROOT)
+        if text.count("\n") > MAX_FILE_LINES:
+            long.append(f"{name}: {text.count(chr(10))} lines")
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.FunctionDef) and (length := node.end_lineno - node.lineno + 1) > MAX_FUNCTION_LINES:
+                long.append(f"{name}: {node.name} has {length} lines")
+    assert not long, "\n".join(long)
+
+
+def test_public_things_are_documented():
+    silent = []
+    for path in PACKAGE_FILES:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        if tree.body and not ast.get_docstring(tree):
+            silent.append(module_name(path))
+        for node in tree.body:
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+                silent += [] if ast.get_docstring(node) else [f"{module_name(path)}.{node.name}"]
+    assert not silent, f"no docstring: {silent}"
+
+
+def test_numbers_in_configurations_say_their_unit():
+    silent = []
+    for path in PACKAGE_FILES:
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if not (isinstance(node, ast.ClassDef) and node.name.endswith("Config")):
+                continue
+            for statement, following in zip(node.body, [*node.body[1:], None], strict=True):
+                if isinstance(statement, ast.AnnAssign) and "float" in ast.unparse(statement.annotation):
+                    documented = isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant)
+                    silent += [] if documented else [f"{node.name}.{statement.target.id}"]
+    assert not silent, f"no line below that says meaning and unit: {silent}"
