@@ -6,7 +6,7 @@ from enum import IntEnum
 import numpy as np
 
 from quadpips_drake.control.mpc_policy import MpcPolicy
-from quadpips_drake.robots.legs import NUM_LEGS, Leg
+from quadpips_drake.robots.legs import NUM_LEGS
 from quadpips_drake.robots.robot_state import RobotState
 
 
@@ -23,6 +23,9 @@ class FootMode(IntEnum):
     """Should have touched down but feels no ground: is lowered further along the ground's normal."""
 
 
+_STANCE, _SWING, _EARLY, _SEARCH = (int(mode) for mode in FootMode)  # comparing enum members takes microseconds
+
+
 @dataclass(frozen=True, eq=False)
 class FootTargets:
     """Wishes for the four feet at one instant."""
@@ -35,7 +38,7 @@ class FootTargets:
     @property
     def contacts(self) -> np.ndarray:
         """Feet that bear load, bool (4,)."""
-        return (self.modes == FootMode.STANCE) | (self.modes == FootMode.EARLY)
+        return (self.modes == _STANCE) | (self.modes == _EARLY)
 
 
 def foot_mode(planned_down: bool, sensed: bool, spline, time: float, early_phase: float) -> FootMode:
@@ -75,15 +78,15 @@ def foot_targets(
     time = state.stamp
     modes = np.zeros(NUM_LEGS, dtype=int)
     accelerations = -config.stance_damping * v_WF
-    for leg in Leg:
+    for leg in range(NUM_LEGS):
         spline = policy.swing(leg, time)
         modes[leg] = foot_mode(planned[leg], state.contacts[leg], spline, time, config.early_contact_phase)
-        if modes[leg] == FootMode.SWING:
+        if modes[leg] == _SWING:
             if spline is None:  # lift-off without a spline: hold the foot where it is
                 continue
             p, v, a = spline.evaluate(time)
             accelerations[leg] = a + config.swing_kp * (p - p_WF[leg]) + config.swing_kd * (v - v_WF[leg])
-        elif modes[leg] == FootMode.SEARCH:
+        elif modes[leg] == _SEARCH:
             accelerations[leg] = _search(spline, policy.normals[leg], p_WF[leg], v_WF[leg], config)
     return FootTargets(modes, accelerations)
 

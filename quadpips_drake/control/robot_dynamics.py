@@ -46,6 +46,7 @@ class RobotDynamics:
         self._plant.Finalize()
         self._context = self._plant.CreateDefaultContext()
         self._world = self._plant.world_frame()
+        self._mass = robot.mass
         joints = [self._plant.get_joint(j) for j in self._plant.GetJointIndices(model)]
         starts = [j.velocity_start() for j in joints if j.num_velocities() == 1]
         if starts != list(range(6, NUM_VELOCITIES)) or self._plant.num_velocities() != NUM_VELOCITIES:

@@ -8,6 +8,7 @@ with ``*``, so that the controller reads as a sentence.
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from quadpips_drake.control.robot_dynamics import NUM_VELOCITIES, DynamicsTerms
 from quadpips_drake.robots.legs import NUM_JOINTS, NUM_LEGS
@@ -82,18 +83,28 @@ def friction_pyramids(normals: np.ndarray, contacts: np.ndarray, friction: float
         friction: coefficient mu [1].
         max_force: largest normal force of a foot [N].
     """
-    matrix = np.zeros((5 * NUM_LEGS, NUM_VARIABLES))
+    matrix = _pyramid_rows(normals, friction)
     upper = np.full(5 * NUM_LEGS, np.inf)
+    upper[4::5] = np.where(contacts, max_force, 0.0)
+    return Limits(matrix, np.zeros(5 * NUM_LEGS), upper)
+
+
+@njit(cache=True)
+def _pyramid_rows(normals, friction):
+    matrix = np.zeros((5 * NUM_LEGS, NUM_VARIABLES))
     for leg in range(NUM_LEGS):
         n = normals[leg]
-        t1 = np.array([n[2], 0.0, -n[0]])
-        t1 /= np.sqrt(t1 @ t1)
-        t2 = np.array([n[1] * t1[2] - n[2] * t1[1], n[2] * t1[0] - n[0] * t1[2], n[0] * t1[1] - n[1] * t1[0]])
-        columns = slice(NUM_VELOCITIES + 3 * leg, NUM_VELOCITIES + 3 * leg + 3)
-        scaled = friction / np.sqrt(2.0) * n
-        matrix[5 * leg : 5 * leg + 5, columns] = (scaled - t1, scaled + t1, scaled - t2, scaled + t2, n)
-        upper[5 * leg + 4] = max_force if contacts[leg] else 0.0
-    return Limits(matrix, np.zeros(5 * NUM_LEGS), upper)
+        t1 = np.array([n[2], 0.0, -n[0]]) / np.sqrt(n[0] ** 2 + n[2] ** 2)
+        t2 = np.cross(n, t1)
+        first = NUM_VELOCITIES + 3 * leg
+        for i in range(3):
+            scaled = friction / np.sqrt(2.0) * n[i]
+            matrix[5 * leg, first + i] = scaled - t1[i]
+            matrix[5 * leg + 1, first + i] = scaled + t1[i]
+            matrix[5 * leg + 2, first + i] = scaled - t2[i]
+            matrix[5 * leg + 3, first + i] = scaled + t2[i]
+            matrix[5 * leg + 4, first + i] = n[i]
+    return matrix
 
 
 def foot_acceleration(dynamics: DynamicsTerms, accelerations: np.ndarray) -> Task:

@@ -1,0 +1,50 @@
+"""Terms of the rigid-body dynamics against finite differences and conservation laws."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quadpips_drake.control.robot_dynamics import RobotDynamics
+from quadpips_drake.control.standing import standing_state
+from quadpips_drake.control.whole_body_control import rotation_matrix
+from quadpips_drake.robots.robot_model import load_robot
+
+
+def _moving(robot):
+    rng = np.random.default_rng(1)
+    rpy = np.array([0.1, -0.2, 0.5])
+    return replace(
+        standing_state(robot),
+        rpy_WB=rpy,
+        R_WB=rotation_matrix(rpy),
+        v_WB=rng.normal(size=3),
+        w_WB=rng.normal(size=3),
+        joint_velocities=rng.normal(size=12),
+    )
+
+
+@pytest.mark.parametrize("name", ["anymal_c", "go2"])
+def test_feet_agree_with_the_robot_model(name):
+    robot = load_robot(name)
+    state = _moving(robot)
+    terms = RobotDynamics(robot).evaluate(state)
+    legs_B = robot.foot_positions_B(state.joint_positions)
+    arms = legs_B @ state.R_WB.T
+    assert terms.p_WF == pytest.approx(state.p_WB + arms)
+    legs_v = np.einsum("lij,lj->li", robot.foot_jacobians_B(state.joint_positions), state.joint_velocities.reshape(4, 3))
+    assert terms.v_WF == pytest.approx(state.v_WB + np.cross(state.w_WB, arms) + legs_v @ state.R_WB.T)
+
+
+def test_the_centroidal_state_of_a_rigidly_moving_robot():
+    robot = load_robot("go2")
+    state = replace(standing_state(robot), v_WB=np.array([0.3, -0.2, 0.1]))
+    dynamics = RobotDynamics(robot)
+    x = dynamics.centroidal_state(state)
+    assert x[:3] == pytest.approx(state.v_WB)
+    assert x[3:6] == pytest.approx(np.zeros(3), abs=1e-12)
+    assert x[6:9] == pytest.approx(state.p_WB)
+    assert x[12:] == pytest.approx(state.joint_positions)
+    # A robot at rest is pulled down by its weight and nothing else.
+    bias = dynamics.evaluate(standing_state(robot)).bias
+    assert bias[3:6] == pytest.approx([0.0, 0.0, 9.81 * robot.mass], rel=1e-3)
