@@ -1,0 +1,233 @@
+"""The simulation station: a robot on a terrain, with its drives and sensors, behind ports that a real one could have."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.geometry import GeometryId, MeshcatVisualizer, RoleAssign
+from pydrake.multibody.plant import (
+    AddMultibodyPlant,
+    CoulombFriction,
+    MultibodyPlant,
+    MultibodyPlantConfig,
+)
+from pydrake.multibody.tree import PdControllerGains
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.robots.contact_sensing import find_contact_geometries, touching_links
+from quadpips_drake.robots.legs import JOINTS_PER_LEG, Leg
+from quadpips_drake.robots.oracle_state_estimator import OracleStateEstimator
+from quadpips_drake.robots.robot_model import RobotModel
+from quadpips_drake.sensing.depth_camera import DepthCameraConfig, add_depth_camera, make_intrinsics
+from quadpips_drake.sensing.imu_system import Imu, ImuConfig
+from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
+from quadpips_drake.terrain.terrain import Terrain
+from quadpips_drake.terrain.truth import GroundTruth
+
+
+@dataclass
+class StationConfig:
+    """Physics, drives and sensors of the simulation."""
+
+    time_step: float = 0.001
+    """Step of the physics [s]."""
+    contact_approximation: str = "sap"
+    """Drake's contact solver: sap, tamsi, similar or lagged."""
+    stiffness: list[float] | None = None
+    """Proportional gains of the drives for HAA, HFE, KFE [N m/rad]; null: the robot's."""
+    damping: list[float] | None = None
+    """Derivative gains of the drives for HAA, HFE, KFE [N m s/rad]; null: the robot's."""
+    contact_threshold: float = 5.0
+    """Force from which on a foot is reported to be in contact [N]."""
+    camera_name: str = "front"
+    """Which of the robot's cameras is the depth camera."""
+    camera_pitch: float | None = None
+    """Viewing direction of that camera below the horizon [rad]; null: the robot's."""
+    camera: DepthCameraConfig = field(default_factory=DepthCameraConfig)
+    imu: ImuConfig = field(default_factory=ImuConfig)
+    seed: int = 0
+    """Seed of the sensors' noise."""
+
+    def __post_init__(self):
+        if not 1e-5 <= self.time_step <= 0.01:
+            raise UserInputError(f"station: time_step must be 1e-5..0.01 s, got {self.time_step}")
+        if self.contact_approximation not in ("sap", "tamsi", "similar", "lagged"):
+            raise UserInputError(
+                f"station: contact_approximation must be sap, tamsi, similar or lagged, got '{self.contact_approximation}'"
+            )
+        for name in ("stiffness", "damping"):
+            gains = getattr(self, name)
+            if gains is not None and (len(gains) != JOINTS_PER_LEG or min(gains) < 0):
+                raise UserInputError(f"station: {name} needs three values (HAA, HFE, KFE), none negative, got {gains}")
+
+
+class SimulationStation(Diagram):
+    """A robot on a terrain, simulated: MultibodyPlant and SceneGraph, drives with joint PD, depth camera, IMU.
+
+    The drives apply u = clamp(feedforward_torque + K (q_d - q) + D (v_d - v), effort limits), the PD part implicitly within
+    the plant's step, so that high gains stay stable. While ``desired_joint_state`` is not connected there is no PD.
+
+    .. pydrake_system::
+
+        name: station
+        input_ports:
+        - feedforward_torque (optional)
+        - desired_joint_state (optional)
+        output_ports:
+        - plant_state
+        - depth_image
+        - camera_pose
+        - robot_state
+        - joint_torques
+        - contact_results
+        - query_object
+        - imu
+
+    - feedforward_torque: [N m], vector (12,).
+    - desired_joint_state: joint positions [rad] and velocities [rad/s], vector (24,).
+    - depth_image: ImageDepth32F (width, height) [m], along the optical axis; 0 too near, inf too far or nothing there. It is
+      rendered when it is read, without delay: whoever samples it sets the rate (``camera_period``).
+    - camera_pose: RigidTransform X_WC of the optical frame (x right, y down, z forward).
+    - joint_torques: what the drives applied in the last step, after clamping [N m], vector (12,).
+    - imu: angular velocity [rad/s], specific force [m/s^2] in the base's axes, vector (6,).
+
+    Oracle ports, which no real robot has:
+
+    - plant_state: positions and velocities of the plant, vector (37,).
+    - robot_state: RobotState without error, from OracleStateEstimator.
+    - contact_results: ContactResults of the last step.
+    - query_object: SceneGraph's QueryObject.
+    """
+
+    def __init__(self, robot: RobotModel, terrain: Terrain, config: StationConfig, meshcat=None):
+        Diagram.__init__(self)
+        if config.camera_pitch is not None:
+            robot = robot.with_camera_pitch(config.camera_name, config.camera_pitch)
+        self.robot = robot
+        """The RobotModel, with the camera as configured."""
+        self.terrain = terrain
+        self.config = config
+        self.camera_intrinsics = make_intrinsics(config.camera)
+        self.camera_period = 1.0 / config.camera.rate
+        """Time between frames [s]."""
+        self._truth = GroundTruth(terrain)
+
+        builder = DiagramBuilder()
+        self.plant, self.scene_graph = _add_plant(builder, robot, terrain, config)
+        self.contact_geometries = find_contact_geometries(robot, self.plant, self.scene_graph.model_inspector())
+        self._add_sensors(builder)
+        self._export_plant_ports(builder)
+        if meshcat is not None:
+            MeshcatVisualizer.AddToBuilder(builder, self.scene_graph, meshcat)
+        builder.BuildInto(self)
+        self.set_name("station")
+
+    def set_initial_state(self, root_context, x: float, y: float, yaw: float) -> None:
+        """Stands the robot on the terrain, at rest: torso level above (x, y) [m], turned by ``yaw`` [rad].
+
+        Each foot rests on the ground below its nominal place, by inverse kinematics.
+
+        Raises:
+            UserInputError: a foot would find no ground, or cannot reach it.
+        """
+        p_WB, q = standing_pose(self.robot, self._truth, x, y, yaw)
+        plant_context = self.plant.GetMyMutableContextFromRoot(root_context)
+        self.robot.set_state(self.plant, plant_context, p_WB, [0.0, 0.0, yaw], q)
+
+    def touching_links(self, root_context) -> list[str]:
+        """Returns the robot's links that touch the terrain, feet excepted."""
+        context = self.GetMyContextFromRoot(root_context)
+        return touching_links(self.GetOutputPort("contact_results").Eval(context), self.contact_geometries)
+
+    def _add_sensors(self, builder: DiagramBuilder) -> None:
+        plant, robot, config = self.plant, self.robot, self.config
+        instance = plant.GetModelInstanceByName(robot.name)
+        base = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base", instance).index())
+        camera = add_depth_camera(builder, self.scene_graph, base, robot.camera(config.camera_name), config.camera)
+        builder.Connect(self.scene_graph.get_query_output_port(), camera.query_object_input_port())
+        builder.ExportOutput(camera.depth_image_32F_output_port(), "depth_image")
+        builder.ExportOutput(camera.body_pose_in_world_output_port(), "camera_pose")
+
+        estimator = builder.AddNamedSystem(
+            "state_estimator",
+            OracleStateEstimator(robot, self.contact_geometries, contact_threshold=config.contact_threshold),
+        )
+        builder.Connect(plant.get_state_output_port(instance), estimator.GetInputPort("state"))
+        builder.Connect(plant.get_contact_results_output_port(), estimator.GetInputPort("contact_results"))
+        builder.Connect(plant.get_net_actuation_output_port(instance), estimator.GetInputPort("joint_torques"))
+        builder.ExportOutput(estimator.GetOutputPort("robot_state"), "robot_state")
+
+        imu = builder.AddNamedSystem("imu", Imu(robot, plant, config.imu, seed=config.seed))
+        for name in ("body_poses", "body_spatial_velocities", "body_spatial_accelerations"):
+            builder.Connect(plant.GetOutputPort(name), imu.GetInputPort(name))
+        builder.ExportOutput(imu.GetOutputPort("imu"), "imu")
+
+    def _export_plant_ports(self, builder: DiagramBuilder) -> None:
+        plant, instance = self.plant, self.plant.GetModelInstanceByName(self.robot.name)
+        builder.ExportInput(plant.get_actuation_input_port(instance), "feedforward_torque")
+        builder.ExportInput(plant.get_desired_state_input_port(instance), "desired_joint_state")
+        builder.ExportOutput(plant.get_state_output_port(), "plant_state")
+        builder.ExportOutput(plant.get_net_actuation_output_port(instance), "joint_torques")
+        builder.ExportOutput(plant.get_contact_results_output_port(), "contact_results")
+        builder.ExportOutput(self.scene_graph.get_query_output_port(), "query_object")
+
+
+def make_simulation_station(robot: RobotModel, terrain: Terrain, config: StationConfig, meshcat=None) -> SimulationStation:
+    """Builds the station; the ports are the same for every robot."""
+    return SimulationStation(robot, terrain, config, meshcat)
+
+
+def standing_pose(robot: RobotModel, truth: GroundTruth, x: float, y: float, yaw: float) -> tuple[np.ndarray, np.ndarray]:
+    """Returns base position [m] and joint angles (12,) of the robot standing on the ground with its torso level.
+
+    The torso is at nominal height above the mean ground under the feet.
+    """
+    where = f"start {x:g},{y:g},{yaw:g}"
+    c, s = np.cos(yaw), np.sin(yaw)
+    feet = robot.nominal_footholds_B @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + [x, y, 0.0]
+    heights = np.asarray(truth.height(feet[:, 0], feet[:, 1]))
+    if not np.isfinite(heights).all():
+        missing = Leg(int(np.flatnonzero(~np.isfinite(heights))[0])).name
+        raise UserInputError(f"{where}: there is no ground under the foot {missing}; start where all four feet find some")
+    # The centre of a sphere that rests on a slope is radius / n_z above the slope, measured vertically.
+    feet[:, 2] = heights + robot.foot_radius / np.maximum(truth.normal(feet[:, 0], feet[:, 1])[:, 2], 0.5)
+    p_WB = np.array([x, y, heights.mean() + robot.nominal_base_height])
+    q = np.empty(len(robot.joint_names))
+    for leg in Leg:
+        p_BF = (feet[leg] - p_WB) @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        q[leg.joints], reached = robot.leg_inverse_kinematics_B(leg, p_BF)
+        if not reached:
+            raise UserInputError(f"{where}: the ground under the foot {leg.name} is out of reach; start on more even ground")
+    return p_WB, q
+
+
+def _add_plant(builder: DiagramBuilder, robot: RobotModel, terrain: Terrain, config: StationConfig):
+    plant_config = MultibodyPlantConfig(
+        time_step=config.time_step,
+        contact_model="point",
+        discrete_contact_approximation=config.contact_approximation,
+    )
+    plant, scene_graph = AddMultibodyPlant(plant_config, builder)
+    add_terrain_to_plant(terrain, plant)
+    instance = robot.add_to_plant(plant)
+    for geometry in _collision_geometries(plant, instance):
+        _set_friction(plant, scene_graph, geometry, terrain.friction)
+    stiffness = robot.stiffness if config.stiffness is None else np.tile(config.stiffness, len(Leg))
+    damping = robot.damping if config.damping is None else np.tile(config.damping, len(Leg))
+    for name, p, d in zip(robot.joint_names, stiffness, damping, strict=True):
+        plant.GetJointActuatorByName(name, instance).set_controller_gains(PdControllerGains(p=p, d=d))
+    plant.Finalize()
+    return plant, scene_graph
+
+
+def _collision_geometries(plant: MultibodyPlant, instance) -> list[GeometryId]:
+    bodies = [plant.get_body(index) for index in plant.GetBodyIndices(instance)]
+    return [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
+
+
+def _set_friction(plant: MultibodyPlant, scene_graph, geometry: GeometryId, friction: float) -> None:
+    """Gives a geometry the terrain's friction: Drake takes 2 m1 m2/(m1 + m2) of a pair, which then is the terrain's too."""
+    properties = scene_graph.model_inspector().GetProximityProperties(geometry)
+    coulomb = CoulombFriction(friction, friction)
+    properties.UpdateProperty("material", "coulomb_friction", coulomb)
+    scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)

@@ -1,0 +1,96 @@
+"""The depth camera: pinhole parameters, and the renderer that plays its part in simulation."""
+
+import ctypes
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import (
+    ClippingRange,
+    DepthRange,
+    DepthRenderCamera,
+    FrameId,
+    MakeRenderEngineVtk,
+    RenderCameraCore,
+    RenderEngineVtkParams,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.sensors import CameraInfo, RgbdSensor
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.perception.images import CameraIntrinsics
+from quadpips_drake.robots.robot_description import CameraMount
+
+_RENDERER = "depth"
+
+
+@dataclass
+class DepthCameraConfig:
+    """An ideal pinhole depth camera; the defaults are those of the simulated RealSense D435 of QuadPiPS."""
+
+    width: int = 640
+    """[pixels]"""
+    height: int = 480
+    """[pixels]"""
+    horizontal_fov: float = 1.48702
+    """Horizontal field of view [rad] (85.2 degrees)."""
+    rate: float = 30.0
+    """Frames per second, by which perception samples the image [Hz]."""
+    min_range: float = 0.1
+    """Least depth that is measured [m]."""
+    max_range: float = 3.0
+    """Largest depth that is measured [m]."""
+
+    def __post_init__(self):
+        if not (8 <= self.width <= 4096 and 8 <= self.height <= 4096):
+            raise UserInputError(f"camera: width and height must be 8..4096 pixels, got {self.width} x {self.height}")
+        if not 0.1 <= self.horizontal_fov <= 2.8:
+            raise UserInputError(f"camera: horizontal_fov must be 0.1..2.8 rad, got {self.horizontal_fov}")
+        if not 0 < self.rate <= 1000:
+            raise UserInputError(f"camera: rate must be above 0 and at most 1000 Hz, got {self.rate}")
+        if not 0.01 <= self.min_range < self.max_range:
+            raise UserInputError(f"camera: need 0.01 <= min_range < max_range, got {self.min_range} and {self.max_range}")
+
+
+def make_intrinsics(config: DepthCameraConfig) -> CameraIntrinsics:
+    """Returns the pinhole parameters: square pixels, optical axis through the middle of the image.
+
+    Whole numbers u, v mean the centres of pixels, so the middle of the image is at (width - 1)/2, (height - 1)/2.
+    """
+    focal = 0.5 * config.width / math.tan(0.5 * config.horizontal_fov)
+    return CameraIntrinsics(config.width, config.height, focal, focal, 0.5 * config.width - 0.5, 0.5 * config.height - 0.5)
+
+
+def check_renderer() -> None:
+    """Raises UserInputError when this machine lacks what headless rendering needs."""
+    try:
+        ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        raise UserInputError(
+            "cannot render depth images: libEGL.so.1 is missing; install the Debian package libegl1 (apt install libegl1)"
+        ) from None
+
+
+def add_depth_camera(
+    builder: DiagramBuilder, scene_graph: SceneGraph, base: FrameId, mount: CameraMount, config: DepthCameraConfig
+) -> RgbdSensor:
+    """Adds an RgbdSensor named "<mount>_camera", fixed to the frame ``base``; it renders with VTK over EGL, without display.
+
+    Its sensor body frame is the optical frame C, so its output ``body_pose_in_world`` is X_WC. An image is rendered when it
+    is read at a new time, and shows that time; whoever reads sets the frame rate.
+    """
+    check_renderer()
+    if not scene_graph.HasRenderer(_RENDERER):
+        scene_graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(RenderEngineVtkParams(backend="EGL")))
+    intrinsics = make_intrinsics(config)
+    info = CameraInfo(
+        intrinsics.width, intrinsics.height, intrinsics.fx, intrinsics.fy, intrinsics.cx + 0.5, intrinsics.cy + 0.5
+    )
+    clipping = ClippingRange(0.5 * config.min_range, config.max_range + 1.0)
+    core = RenderCameraCore(_RENDERER, info, clipping, RigidTransform())
+    camera = DepthRenderCamera(core, DepthRange(config.min_range, config.max_range))
+    sensor = builder.AddSystem(RgbdSensor(base, RigidTransform(np.array(mount.X_BC)), camera))
+    sensor.set_name(f"{mount.name}_camera")
+    return sensor
