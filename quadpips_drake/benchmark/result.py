@@ -1,0 +1,55 @@
+"""What one trial has to say: result.json (fields in docs/running.md)."""
+
+import json
+import platform
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+REASONS = ("goal_reached", "fell", "left_terrain", "timeout", "no_plan", "error")
+
+
+@dataclass
+class TrialResult:
+    """Outcome of a trial; times in s, distances in m, ``timings_ms`` in ms of wall-clock time."""
+
+    success: bool
+    reason: str
+    """One of REASONS."""
+    robot: str
+    terrain: str
+    planner: str
+    seed: int
+    detail: str = ""
+    """One line that says more about the reason: which planner stage found nothing, which limit was broken."""
+    sim_time: float = 0.0
+    wall_time: float = 0.0
+    realtime_factor: float = 0.0
+    distance_to_goal: float = float("nan")
+    progress: list = field(default_factory=list)
+    """[t, fraction of the initial distance to the goal covered]."""
+    timings_ms: dict = field(default_factory=dict)
+    replans: int = 0
+    fallbacks: dict = field(default_factory=dict)
+    footholds: dict = field(default_factory=lambda: {"planned": 0, "slipped": 0, "missed": 0})
+    versions: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        if self.reason not in REASONS:
+            raise ValueError(f"reason '{self.reason}' is not one of {REASONS}")
+
+    def save(self, path: Path):
+        """Writes the result as JSON; NaN becomes null, so that every reader can read it."""
+        document = {k: (None if v != v else v) if isinstance(v, float) else v for k, v in asdict(self).items()}
+        Path(path).write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def installed_versions() -> dict:
+    """Versions of what a result depends on."""
+    versions = {"python": platform.python_version()}
+    for name in ("quadpips_drake", "drake", "numpy", "numba", "piqp", "proxsuite"):
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            versions[name] = "unknown"
+    return versions
