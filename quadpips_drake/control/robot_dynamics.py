@@ -54,12 +54,25 @@ class RobotDynamics:
         tree = robot.tree
         self._feet = [(joints_link(self._plant, robot, leg), np.asarray(tree.foot_offset[leg])) for leg in range(NUM_LEGS)]
 
+    def _set_state(self, state: RobotState) -> np.ndarray:
+        quaternion = RollPitchYaw(state.rpy_WB).ToQuaternion().wxyz()
+        velocity = np.concatenate((state.w_WB, state.v_WB, state.joint_velocities))
+        positions = np.concatenate((quaternion, state.p_WB, state.joint_positions))
+        self._plant.SetPositionsAndVelocities(self._context, np.concatenate((positions, velocity)))
+        return velocity
+
+    def centroidal_state(self, state: RobotState) -> np.ndarray:
+        """The measured ``state`` as state of the centroidal model (see WholeBodyReference), (24,)."""
+        self._set_state(state)
+        p_WC = self._plant.CalcCenterOfMassPositionInWorld(self._context)
+        momentum = self._plant.CalcSpatialMomentumInWorldAboutPoint(self._context, p_WC)
+        momenta = np.concatenate((momentum.translational(), momentum.rotational())) / self._mass
+        return np.concatenate((momenta, state.p_WB, state.rpy_WB, state.joint_positions))
+
     def evaluate(self, state: RobotState) -> DynamicsTerms:
         """All terms at the measured ``state``."""
         plant, context = self._plant, self._context
-        quaternion = RollPitchYaw(state.rpy_WB).ToQuaternion().wxyz()
-        velocity = np.concatenate((state.w_WB, state.v_WB, state.joint_velocities))
-        plant.SetPositionsAndVelocities(context, np.concatenate((quaternion, state.p_WB, state.joint_positions, velocity)))
+        velocity = self._set_state(state)
         jacobian = np.empty((3 * NUM_LEGS, NUM_VELOCITIES))
         bias = np.empty(3 * NUM_LEGS)
         p_WF = np.empty((NUM_LEGS, 3))
