@@ -77,7 +77,42 @@ class FootholdPlan(ImmutableValue):
     expansions: int = 0
     elapsed: float = 0.0
     """Wall-clock time of the search [s]."""
+    complete: bool = True
+    """Whether the last stance is at the waypoint; else it is as near as the steps of one plan led."""
+    time_limit_hit: bool = False
+    """Whether the wall-clock limit cut the search short."""
 
     @property
     def success(self) -> bool:
         return len(self.stances) > 1
+
+
+@dataclass(frozen=True, eq=False)
+class StageStatus(ImmutableValue):
+    """What became of one request in a stage that reports failures apart from its result."""
+
+    stamp: float
+    request_id: int
+    """The request that this is about; 0 before the first."""
+    ok: bool
+    reason: str = ""
+    """Why not; empty when ok."""
+
+
+@dataclass(frozen=True, eq=False)
+class MonitorStatus(ImmutableValue):
+    """What the replan monitor makes of the situation."""
+
+    stamp: float
+    phase: str
+    """standing_up, pausing, planning, walking, recovering, goal_reached or no_plan."""
+    reason: str = ""
+    """Why it is in this phase, in words."""
+    replans: int = 0
+    """Plans asked for after the first."""
+    aborts: int = 0
+    """References given up because the robot became unstable."""
+    failed_plans: int = 0
+    """Requests that ended without a reference."""
+    distance_to_goal: float = float("nan")
+    """Of the base, in xy [m]."""

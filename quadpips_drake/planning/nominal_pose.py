@@ -1,0 +1,79 @@
+"""The nominal pose of the base above four footholds."""
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def base_pose_above(feet, height, max_tilt):
+    """Returns the nominal base position (3,) and roll-pitch-yaw (3,) in W above the ground points ``feet`` (4, 3) in W.
+
+    The base points from the middle of the hind feet to the middle of the fore feet and tilts with the least-squares plane
+    through the feet, by at most ``max_tilt`` [rad] in roll and in pitch. Its origin is ``height`` [m] above the mean of the
+    feet, less the depth of the lowest foot below the plane, so that no leg has to stretch further than on flat ground.
+    QuadPiPS goes along the plane's normal instead of straight up; on a slope that carries the centre of mass downhill, out
+    of the middle of the support (0.10 m for ANYmal on 10 degrees).
+    """
+    center = np.zeros(3)
+    for leg in range(4):
+        center += 0.25 * feet[leg]
+    xx = xy = yy = xz = yz = 0.0
+    for leg in range(4):
+        dx, dy, dz = feet[leg] - center
+        xx += dx * dx
+        xy += dx * dy
+        yy += dy * dy
+        xz += dx * dz
+        yz += dy * dz
+    determinant = xx * yy - xy * xy
+    slope_x = slope_y = 0.0
+    if determinant > 1e-9:  # else the feet are in one line and the plane is undefined: keep the base level
+        slope_x = (xz * yy - yz * xy) / determinant
+        slope_y = (yz * xx - xz * xy) / determinant
+
+    lowest = 0.0
+    for leg in range(4):
+        dx, dy, dz = feet[leg] - center
+        lowest = min(lowest, dz - slope_x * dx - slope_y * dy)
+
+    forward = feet[0] + feet[1] - feet[2] - feet[3]
+    yaw = np.arctan2(forward[1], forward[0])
+    ahead = slope_x * np.cos(yaw) + slope_y * np.sin(yaw)
+    left = -slope_x * np.sin(yaw) + slope_y * np.cos(yaw)
+    roll = np.arcsin(left / np.sqrt(1.0 + ahead * ahead + left * left))
+    pitch = -np.arctan(ahead)
+    rpy = np.array([min(max(roll, -max_tilt), max_tilt), min(max(pitch, -max_tilt), max_tilt), yaw])
+    center[2] += height + lowest
+    return center, rpy
+
+
+@njit(cache=True)
+def rotation_from_rpy(rpy):
+    """Returns R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
+    cr, sr = np.cos(rpy[0]), np.sin(rpy[0])
+    cp, sp = np.cos(rpy[1]), np.sin(rpy[1])
+    cy, sy = np.cos(rpy[2]), np.sin(rpy[2])
+    R = np.empty((3, 3))
+    R[0] = (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr)
+    R[1] = (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr)
+    R[2] = (-sp, cp * sr, cp * cr)
+    return R
+
+
+@njit(cache=True)
+def wrap_angle(angle):
+    """Returns ``angle`` [rad] in (-pi, pi]."""
+    return np.pi - (np.pi - angle) % (2.0 * np.pi)
+
+
+@njit(cache=True)
+def to_frame(R, origin, p):
+    """Returns R^T (p - origin): the point ``p`` (3,) in the frame with axes ``R`` (3, 3) at ``origin`` (3,)."""
+    d = p - origin
+    return np.array(
+        [
+            R[0, 0] * d[0] + R[1, 0] * d[1] + R[2, 0] * d[2],
+            R[0, 1] * d[0] + R[1, 1] * d[1] + R[2, 1] * d[2],
+            R[0, 2] * d[0] + R[1, 2] * d[1] + R[2, 2] * d[2],
+        ]
+    )

@@ -1,0 +1,101 @@
+"""Regions as padded arrays, and the polygon queries that a search asks of them."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from quadpips_drake.perception.labels import Steppability
+from quadpips_drake.perception.regions import PlanarRegion
+
+
+class RegionTable(NamedTuple):
+    """``n`` regions whose inset polygons are padded to ``m`` vertices; a NamedTuple, so that numba takes it as it is."""
+
+    origins: np.ndarray
+    """Origins of the region frames in W [m], (n, 3)."""
+    rotations: np.ndarray
+    """Axes of the region frames in W, (n, 3, 3)."""
+    insets: np.ndarray
+    """Inset polygons in the region frames [m], counter-clockwise, (n, m, 2); rows beyond ``counts`` repeat the first vertex."""
+    counts: np.ndarray
+    """Vertices of each inset, int64 (n,)."""
+    radii: np.ndarray
+    """Largest distance of a vertex from the origin [m], (n,)."""
+
+
+def may_carry_a_foot(region: PlanarRegion, max_slope: float) -> bool:
+    """Whether the label, the slope [rad] and the inset polygon of ``region`` allow a foothold."""
+    steppable = region.label in (Steppability.UNKNOWN, Steppability.STEPPABLE)
+    return steppable and len(region.inset) >= 3 and float(region.normal[2]) >= np.cos(max_slope)
+
+
+def make_region_table(regions) -> RegionTable:
+    """Packs a sequence of PlanarRegions."""
+    n = len(regions)
+    m = max((len(region.inset) for region in regions), default=1)
+    insets = np.zeros((n, m, 2))
+    for k, region in enumerate(regions):
+        insets[k, : len(region.inset)] = region.inset
+        insets[k, len(region.inset) :] = region.inset[0]
+    return RegionTable(
+        origins=np.array([region.X_WR[:3, 3] for region in regions], dtype=float).reshape(n, 3),
+        rotations=np.array([region.X_WR[:3, :3] for region in regions], dtype=float).reshape(n, 3, 3),
+        insets=insets,
+        counts=np.array([len(region.inset) for region in regions], dtype=np.int64),
+        radii=np.linalg.norm(insets, axis=2).max(axis=1, initial=0.0),
+    )
+
+
+@njit(cache=True)
+def nearest_in_polygon(u, v, polygon, count):
+    """Returns the point of a convex counter-clockwise ``polygon`` (first ``count`` rows) nearest to (u, v), and whether (u, v)
+    itself is inside."""
+    inside = True
+    best_u, best_v, best = u, v, np.inf
+    for i in range(count):
+        j = (i + 1) % count
+        au, av = polygon[i, 0], polygon[i, 1]
+        eu, ev = polygon[j, 0] - au, polygon[j, 1] - av
+        if eu * (v - av) - ev * (u - au) < 0.0:
+            inside = False
+        length_squared = eu * eu + ev * ev
+        along = 0.0
+        if length_squared > 0.0:
+            along = min(1.0, max(0.0, (eu * (u - au) + ev * (v - av)) / length_squared))
+        pu, pv = au + along * eu, av + along * ev
+        distance = (pu - u) ** 2 + (pv - v) ** 2
+        if distance < best:
+            best_u, best_v, best = pu, pv, distance
+    if inside:
+        return u, v, True
+    return best_u, best_v, False
+
+
+@njit(cache=True)
+def foothold_near(table, k, x, y, inward):
+    """Returns the foothold (3,) of region ``k`` in W nearest to the point of its plane above or below (x, y).
+
+    A point that had to be moved onto the inset's border goes on by up to ``inward`` [m] towards the origin of the region (at
+    most half the way), away from the edge.
+    """
+    origin, R = table.origins[k], table.rotations[k]
+    dx, dy = x - origin[0], y - origin[1]
+    dz = -(R[0, 2] * dx + R[1, 2] * dy) / R[2, 2]
+    u = R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz
+    v = R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz
+    u, v, inside = nearest_in_polygon(u, v, table.insets[k], table.counts[k])
+    if not inside:
+        reach = np.hypot(u, v)
+        if reach > 1e-9:
+            scale = 1.0 - min(inward / reach, 0.5)
+            u, v = u * scale, v * scale
+    return origin + R[:, 0] * u + R[:, 1] * v
+
+
+def in_convex_polygon(point, polygon, tolerance=0.0) -> bool:
+    """Whether ``point`` (2,) lies in the convex counter-clockwise ``polygon`` (n, 2), or within ``tolerance`` of its edge lines."""
+    edges = np.roll(polygon, -1, axis=0) - polygon
+    offsets = np.asarray(point) - polygon
+    cross = edges[:, 0] * offsets[:, 1] - edges[:, 1] * offsets[:, 0]
+    return bool(np.all(cross >= -tolerance * np.linalg.norm(edges, axis=1)))

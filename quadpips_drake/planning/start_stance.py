@@ -1,0 +1,102 @@
+"""The stance in which a plan starts, and the ground that nobody has seen because the robot stands on it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quadpips_drake.perception.regions import PlanarRegion, RegionSet
+from quadpips_drake.planning.nominal_pose import base_pose_above
+from quadpips_drake.planning.region_table import in_convex_polygon
+from quadpips_drake.robots.legs import Leg
+
+CONTACT_DISTANCE = 0.04
+"""A foot stands on a region when its ground point is this close to the region's plane [m] (as in the release)."""
+_PATCH = 0.04
+"""Edge of the patch under a foot without perceived ground [m] (as in the release)."""
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """What one foot stands on."""
+
+    point: np.ndarray
+    """Ground point in W [m], (3,)."""
+    region: PlanarRegion
+    perceived: bool
+    """False when the region is a patch made up for this foot."""
+
+
+def foot_centers(state, robot) -> np.ndarray:
+    """Returns the measured foot centres in W [m], (4, 3)."""
+    return state.p_WB + robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
+
+
+def _distance_to_plane(region: PlanarRegion, center: np.ndarray, radius: float) -> float:
+    """Distance of the foot's sole from the plane of ``region`` [m]; inf when it is not above its boundary."""
+    local = region.X_WR[:3, :3].T @ (center - region.center)
+    if not in_convex_polygon(local[:2], region.boundary):
+        return np.inf
+    return abs(local[2] - radius)
+
+
+def flat_region(region_id: int, center: np.ndarray, half_x: float, half_y: float, yaw: float = 0.0) -> PlanarRegion:
+    """Returns a level rectangle around ``center`` (3,) whose inset is all of it."""
+    X_WR = np.eye(4)
+    X_WR[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    X_WR[:3, 3] = center
+    corners = np.array([[-half_x, -half_y], [half_x, -half_y], [half_x, half_y], [-half_x, half_y]])
+    return PlanarRegion(region_id, X_WR, corners, corners)
+
+
+def attach_feet(state, regions, robot) -> list[Attachment]:
+    """Finds the region under each foot: the nearest in height of those whose boundary contains the foot.
+
+    A foot without any, be it in the air or on ground that the camera has not seen, gets a small level patch with a negative
+    id, so that a plan can start in every situation.
+    """
+    attachments = []
+    for leg, center in zip(Leg, foot_centers(state, robot), strict=True):
+        distances = [_distance_to_plane(region, center, robot.foot_radius) for region in regions]
+        nearest = int(np.argmin(distances)) if distances else -1
+        if nearest >= 0 and distances[nearest] < CONTACT_DISTANCE:
+            region = regions[nearest]
+            attachments.append(Attachment(center - robot.foot_radius * region.normal, region, True))
+        else:
+            point = center - np.array([0.0, 0.0, robot.foot_radius])
+            attachments.append(Attachment(point, flat_region(-1 - int(leg), point, _PATCH / 2, _PATCH / 2), False))
+    return attachments
+
+
+def start_ground(state, robot, margin: float, max_unevenness: float = 0.02) -> PlanarRegion | None:
+    """Returns the rectangle around the feet as a region: the ground that a robot with a camera in front cannot see.
+
+    It is meant for the moment before the first step only, when the robot stands on ground that somebody chose for it; between
+    stepping stones the same assumption would be fatal. ``margin`` [m] goes beyond the feet on all sides.
+
+    Returns None when a foot is more than ``max_unevenness`` [m] off their common plane, or the plane is steep.
+    """
+    feet = foot_centers(state, robot) - np.array([0.0, 0.0, robot.foot_radius])
+    center = feet.mean(axis=0)
+    design = np.column_stack([feet[:, :2] - center[:2], np.ones(4)])
+    plane, *_ = np.linalg.lstsq(design, feet[:, 2] - center[2], rcond=None)
+    if np.abs(design @ plane - (feet[:, 2] - center[2])).max() > max_unevenness or np.hypot(*plane[:2]) > 0.5:
+        return None
+    yaw = base_pose_above(feet, 0.0, 1.0)[1][2]
+    normal = np.array([-plane[0], -plane[1], 1.0])
+    normal /= np.linalg.norm(normal)
+    x_axis = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    x_axis -= (x_axis @ normal) * normal
+    x_axis /= np.linalg.norm(x_axis)
+    X_WR = np.eye(4)
+    X_WR[:3, :3] = np.column_stack([x_axis, np.cross(normal, x_axis), normal])
+    X_WR[:3, 3] = center
+    local = (feet - center) @ X_WR[:3, :2]
+    low, high = local.min(axis=0), local.max(axis=0)
+    inset = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+    grow = np.sign(inset - 0.5 * (low + high))
+    return PlanarRegion(-100, X_WR, inset + (margin + robot.foot_radius) * grow, inset + margin * grow)
+
+
+def with_region(regions: RegionSet, extra: PlanarRegion | None) -> RegionSet:
+    """Returns ``regions`` with one more, if there is one."""
+    return regions if extra is None else RegionSet(regions.stamp, (*regions.regions, extra))

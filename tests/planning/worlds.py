@@ -1,0 +1,94 @@
+"""Synthetic region sets and robot states for the planners' tests."""
+
+import numpy as np
+
+from quadpips_drake.perception.regions import PlanarRegion, RegionSet
+from quadpips_drake.robots.robot_state import RobotState
+
+
+def patch(region_id, x, y, size_x, size_y, z=0.0, margin=0.04, slope=0.0, label=0):
+    """A rectangle around (x, y, z), rising with ``slope`` [rad] along x."""
+    X_WR = np.eye(4)
+    X_WR[:3, :3] = [[np.cos(slope), 0, -np.sin(slope)], [0, 1, 0], [np.sin(slope), 0, np.cos(slope)]]
+    X_WR[:3, 3] = [x, y, z]
+    boundary = 0.5 * np.array([[-size_x, -size_y], [size_x, -size_y], [size_x, size_y], [-size_x, size_y]])
+    return PlanarRegion(region_id, X_WR, boundary, boundary - margin * np.sign(boundary), label)
+
+
+def tiles(x_range, y_range, pitch=0.15, size=0.15, z=0.0, slope=0.0, first_id=0, margin=0.02):
+    """Square patches on a grid over a rectangle, as over-segmentation leaves them; ``z`` may be a function of x."""
+    xs = np.arange(x_range[0] + pitch / 2, x_range[1], pitch)
+    ys = np.arange(y_range[0] + pitch / 2, y_range[1], pitch)
+    height = z if callable(z) else lambda x: z
+    cells = [(x, y) for x in xs for y in ys]
+    return [
+        patch(first_id + k, x, y, size, size, height(x), margin=margin, slope=slope) for k, (x, y) in enumerate(cells)
+    ]
+
+
+def region_set(*groups) -> RegionSet:
+    """Joins lists of patches and numbers them."""
+    regions = [region for group in groups for region in group]
+    numbered = (PlanarRegion(k, r.X_WR, r.boundary, r.inset, r.label) for k, r in enumerate(regions))
+    return RegionSet(0.0, tuple(numbered))
+
+
+def flat_ground(x_range=(-0.8, 3.0), y_range=(-0.9, 0.9)) -> RegionSet:
+    return region_set(tiles(x_range, y_range))
+
+
+def stepping_stones(stone=0.30, gap=0.10, pit=1.5) -> RegionSet:
+    """Two platforms, a pit and stones in a grid, as the terrain of that name."""
+    pitch = stone + gap
+    count = round((pit - gap) / pitch)
+    stones = [
+        patch(0, 0.7 + gap + stone / 2 + i * pitch, j * pitch, stone, stone, margin=0.05)
+        for i in range(count)
+        for j in (-2, -1, 0, 1, 2)
+    ]
+    far = 0.7 + count * pitch + gap
+    return region_set(tiles((-0.8, 0.7), (-0.9, 0.9)), stones, tiles((far, far + 1.5), (-0.9, 0.9)))
+
+
+def pit(width=1.2) -> RegionSet:
+    return region_set(tiles((-0.8, 0.7), (-0.9, 0.9)), tiles((0.7 + width, 2.5 + width), (-0.9, 0.9)))
+
+
+def stairs(rise=0.05, run=0.20) -> RegionSet:
+    """Ten treads from x = 0.6 on, then a platform."""
+    treads = [patch(0, 0.6 + run * (i + 0.5), y, run, 0.3, rise * (i + 1), margin=0.04) for i in range(10) for y in (-0.45, -0.15, 0.15, 0.45)]
+    return region_set(tiles((-0.8, 0.6), (-0.6, 0.6)), treads, tiles((2.6, 3.6), (-0.6, 0.6), z=10 * rise))
+
+
+def ramp(angle=0.175) -> RegionSet:
+    slope = np.tan(angle)
+    return region_set(
+        tiles((-0.8, 0.6), (-0.6, 0.6)), tiles((0.6, 3.0), (-0.6, 0.6), z=lambda x: slope * (x - 0.6), slope=angle)
+    )
+
+
+def winding_beam(half_width=0.35) -> RegionSet:
+    """A platform, then a beam that turns left by 90 degrees and right again."""
+    w = half_width
+    return region_set(
+        tiles((-0.8, 0.7), (-0.9, 0.9)), tiles((0.7, 2.0 + w), (-w, w)), tiles((2.0 - w, 2.0 + w), (w, 2.0 + w)),
+        tiles((2.0 + w, 4.0), (2.0 - w, 2.0 + w)),
+    )  # fmt: skip
+
+
+def standing_state(robot, x=0.0, y=0.0, yaw=0.0, z=0.0, stamp=0.0) -> RobotState:
+    """The robot at rest in its nominal stance on ground of height ``z``."""
+    R_WB = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+    return RobotState(
+        stamp=stamp,
+        p_WB=np.array([x, y, z + robot.nominal_base_height]),
+        rpy_WB=np.array([0.0, 0.0, yaw]),
+        R_WB=R_WB,
+        v_WB=np.zeros(3),
+        w_WB=np.zeros(3),
+        joint_positions=np.asarray(robot.nominal_joints),
+        joint_velocities=np.zeros(12),
+        joint_torques=np.zeros(12),
+        contact_forces=np.tile([0.0, 0.0, robot.mass * 9.81 / 4], (4, 1)),
+        contacts=np.ones(4, dtype=bool),
+    )
