@@ -32,6 +32,10 @@ class FootTargets:
 
     modes: np.ndarray
     """FootMode of each foot, int (4,)."""
+    positions: np.ndarray
+    """Where the foot centres should be in W [m], (4, 3); a foot on the ground should be where it is."""
+    velocities: np.ndarray
+    """How fast they should move in W [m/s], (4, 3)."""
     accelerations: np.ndarray
     """Wanted accelerations of the foot centres in W [m/s^2], (4, 3)."""
 
@@ -77,25 +81,24 @@ def foot_targets(
     """
     time = state.stamp
     modes = np.zeros(NUM_LEGS, dtype=int)
-    accelerations = -config.stance_damping * v_WF
+    p_d, v_d = p_WF.copy(), np.zeros((NUM_LEGS, 3))
+    a_d, gain = np.zeros((NUM_LEGS, 3)), np.full((NUM_LEGS, 1), config.stance_damping)
     for leg in range(NUM_LEGS):
         spline = policy.swing(leg, time)
         modes[leg] = foot_mode(planned[leg], state.contacts[leg], spline, time, config.early_contact_phase)
-        if modes[leg] == _SWING:
-            if spline is None:  # lift-off without a spline: hold the foot where it is
-                continue
-            p, v, a = spline.evaluate(time)
-            accelerations[leg] = a + config.swing_kp * (p - p_WF[leg]) + config.swing_kd * (v - v_WF[leg])
-        elif modes[leg] == _SEARCH:
-            accelerations[leg] = _search(spline, policy.normals[leg], p_WF[leg], v_WF[leg], config)
-    return FootTargets(modes, accelerations)
+        if modes[leg] in (_SWING, _SEARCH) and spline is not None:
+            gain[leg] = config.swing_kd
+            if modes[leg] == _SWING:
+                p_d[leg], v_d[leg], a_d[leg] = spline.evaluate(time)
+            else:
+                p_d[leg], v_d[leg] = _search(spline, policy.normals[leg], p_WF[leg], config)
+    accelerations = a_d + config.swing_kp * (p_d - p_WF) + gain * (v_d - v_WF)
+    return FootTargets(modes, p_d, v_d, accelerations)
 
 
-def _search(spline, normal, p, v, config) -> np.ndarray:
-    """Acceleration of a foot that is lowered along ``normal`` below the end of its ``spline``."""
-    end, _, _ = spline.evaluate(spline.end_time)
-    error = end - p
-    depth = normal @ error
-    sideways = error - depth * normal
+def _search(spline, normal, p, config) -> tuple[np.ndarray, np.ndarray]:
+    """Wanted position and velocity of a foot that is lowered along ``normal`` below the end of its ``spline``."""
+    end = spline.evaluate(spline.end_time)[0]
+    depth = normal @ (end - p)
     speed = config.search_speed if depth < config.search_depth else 0.0
-    return config.swing_kp * sideways + config.swing_kd * (-speed * normal - v)
+    return end - depth * normal, -speed * normal

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from quadpips_drake.control import whole_body_tasks as tasks
-from quadpips_drake.control.contact_logic import FootMode, foot_targets
+from quadpips_drake.control.contact_logic import FootMode, FootTargets, foot_targets
 from quadpips_drake.control.mpc_policy import MpcPolicy, PolicySample
 from quadpips_drake.control.robot_dynamics import DynamicsTerms, RobotDynamics
 from quadpips_drake.control.whole_body_qp import DenseQp, QpSolution
@@ -16,6 +16,8 @@ from quadpips_drake.robots.robot_state import RobotState
 from quadpips_drake.values import ImmutableValue
 
 GRAVITY = 9.81
+_MAX_JOINT_STEP = 0.3
+"""Largest distance of joint set points from the measured joints [rad]."""
 
 
 @dataclass
@@ -133,15 +135,16 @@ class WholeBodyControl:
             return self._stand(state, dynamics, last, "standing", last.fallbacks, 0, start)
         sample = policy.sample(state.stamp)
         targets = foot_targets(state, policy, sample.stance, dynamics.p_WF, dynamics.v_WF, self._config)
-        solution, torque = self._solve(state, policy, sample, targets, dynamics, last.warm)
+        solution, forces, torque = self._solve(state, policy, sample, targets, dynamics, last.warm)
         if not solution.success:
-            return self._fall_back(state, sample, targets, dynamics, last, solution, start)
+            return self._fall_back(state, targets, last, solution, dynamics, start)
+        joint_positions, joint_velocities = joint_targets(state, sample, targets, dynamics)
         return WholeBodyCommand(
             stamp=state.stamp,
             torque=torque,
-            joint_positions=sample.joints,
-            joint_velocities=sample.joint_velocities,
-            forces=solution.x[tasks.FORCE].reshape(NUM_LEGS, 3),
+            joint_positions=joint_positions,
+            joint_velocities=joint_velocities,
+            forces=forces,
             foot_modes=targets.modes,
             status=solution.status,
             success=True,
@@ -152,7 +155,8 @@ class WholeBodyControl:
             warm=solution,
         )
 
-    def _solve(self, state, policy, sample, targets, dynamics, warm) -> tuple[QpSolution, np.ndarray]:
+    def _solve(self, state, policy, sample, targets, dynamics, warm) -> tuple[QpSolution, np.ndarray, np.ndarray]:
+        """The program's solution, and from it forces (4, 3) [N] and torques (12,) [N m]."""
         c = self._config
         weight = self._robot.mass * GRAVITY
         airborne = np.repeat(~targets.contacts, 3)
@@ -174,20 +178,20 @@ class WholeBodyControl:
             wish.T @ wish, -wish.T @ wishes.target, A * scale, b, limits.matrix * scale, limits.lower, limits.upper, warm
         )
         z = scale * solution.x
-        solution = QpSolution(solution.success, solution.status, solution.iterations, z, solution.y, solution.z)
-        return solution, np.clip(torque_matrix @ z + torque_bias, -self._efforts, self._efforts)
+        torque = np.clip(torque_matrix @ z + torque_bias, -self._efforts, self._efforts)
+        return solution, z[tasks.FORCE].reshape(NUM_LEGS, 3), torque
 
     def _base_acceleration(self, state: RobotState, sample: PolicySample, dynamics: DynamicsTerms) -> np.ndarray:
-        """[angular, linear] in W: what the policy's forces do to the robot as one rigid body, plus PD about its pose."""
+        """[angular, linear] in W: what the policy's forces do to the robot with locked joints, plus PD about its pose."""
         c = self._config
-        total = sample.forces.sum(axis=0)
-        linear = total / self._robot.mass - np.array([0.0, 0.0, GRAVITY])
-        linear = linear + c.base_linear_kp * (sample.p_WB - state.p_WB) + c.base_linear_kd * (sample.v_WB - state.v_WB)
+        wrench = dynamics.foot_jacobian[:, :6].T @ sample.forces.ravel() - dynamics.bias[:6]
+        feedforward = np.linalg.solve(dynamics.mass_matrix[:6, :6], wrench)
+        linear = c.base_linear_kp * (sample.p_WB - state.p_WB) + c.base_linear_kd * (sample.v_WB - state.v_WB)
         error = rotation_error(sample.rpy_WB, state.R_WB)
         angular = c.base_angular_kp * error + c.base_angular_kd * (sample.w_WB - state.w_WB)
-        return np.concatenate((angular, linear))
+        return feedforward + np.concatenate((angular, linear))
 
-    def _fall_back(self, state, sample, targets, dynamics, last, solution, start) -> WholeBodyCommand:
+    def _fall_back(self, state, targets, last, solution, dynamics, start) -> WholeBodyCommand:
         """The last torques with joint damping; after many failures in a row, standing by joint control."""
         failures = last.consecutive_failures + 1
         if failures > self._config.max_consecutive_failures or not np.isfinite(last.stamp):
@@ -196,8 +200,8 @@ class WholeBodyControl:
         return WholeBodyCommand(
             stamp=state.stamp,
             torque=np.clip(last.torque - damping * state.joint_velocities, -self._efforts, self._efforts),
-            joint_positions=sample.joints,
-            joint_velocities=sample.joint_velocities,
+            joint_positions=last.joint_positions,
+            joint_velocities=np.zeros(NUM_JOINTS),
             forces=last.forces,
             foot_modes=targets.modes,
             status=solution.status,
@@ -230,6 +234,26 @@ class WholeBodyControl:
             consecutive_failures=failures,
             solve_time=clock.perf_counter() - start,
         )
+
+
+def joint_targets(
+    state: RobotState, sample: PolicySample, targets: FootTargets, dynamics: DynamicsTerms
+) -> tuple[np.ndarray, np.ndarray]:
+    """Joint positions [rad] and velocities [rad/s] that put the feet where they should be, (12,) each.
+
+    The joints' own PD control then pulls in the direction of the swing and damps about the planned motion: positions are one
+    Newton step of inverse kinematics away from the measured ones (on the ground: none), velocities those of the wanted feet
+    under a base that moves as planned.
+    """
+    twist = np.concatenate((sample.w_WB, sample.v_WB))
+    base_part = (dynamics.foot_jacobian[:, :6] @ twist).reshape(NUM_LEGS, 3)
+    wanted = np.stack((targets.positions - dynamics.p_WF, targets.velocities - base_part), axis=2)
+    legs = np.stack([dynamics.foot_jacobian[3 * i : 3 * i + 3, 6 + 3 * i : 9 + 3 * i] for i in range(NUM_LEGS)])
+    # Damped least squares: finite where a leg is stretched out.
+    transposed = legs.transpose(0, 2, 1)
+    steps = np.linalg.solve(transposed @ legs + 1e-4 * np.eye(3), transposed @ wanted)
+    position_step = np.clip(steps[:, :, 0].ravel(), -_MAX_JOINT_STEP, _MAX_JOINT_STEP)
+    return state.joint_positions + position_step, steps[:, :, 1].ravel()
 
 
 def redistributed(forces: np.ndarray, contacts: np.ndarray) -> np.ndarray:
