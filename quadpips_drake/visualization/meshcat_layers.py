@@ -1,0 +1,69 @@
+"""Layers of coloured meshes in Meshcat whose content changes over time, also in recordings."""
+
+import numpy as np
+from pydrake.geometry import Meshcat
+
+from quadpips_drake.terrain.terrain import Terrain
+from quadpips_drake.visualization.plan_meshes import course_mesh
+from quadpips_drake.visualization.shapes import ColorMesh
+
+ROOT = "/quadpips"
+_LIGHTS = {"AmbientLight": 0.45, "FillLight": 0.35, "PointLightPositiveX": 0.25, "PointLightNegativeX": 0.15}
+"""Dimmer than Meshcat's own, which bleach light ground and bright colours."""
+
+
+class MeshcatLayers:
+    """Shows one drawing per layer at a time; the drawing ``number`` of a layer lies at /quadpips/LAYER/NUMBER."""
+
+    def __init__(self, meshcat: Meshcat, *, keep_history: bool = True):
+        self._meshcat = meshcat
+        self._keep_history = keep_history
+
+    def replace(self, layer: str, number: int, mesh: ColorMesh, time: float, *, opacity: float = 1.0):
+        """Shows ``mesh`` as the drawing ``number`` of ``layer`` from ``time`` [s] on, in place of ``number - 1``."""
+        old, new = f"{ROOT}/{layer}/{number - 1}", f"{ROOT}/{layer}/{number}"
+        if number > 1 and self._meshcat.HasPath(old):
+            if self._keep_history:
+                self._meshcat.SetProperty(old, "visible", False, time)
+            else:
+                self._meshcat.Delete(old)
+        if not mesh:
+            return
+        set_color_mesh(self._meshcat, new, mesh, opacity=opacity)
+        if self._keep_history and time > 0:
+            self._meshcat.SetProperty(new, "visible", False, 0.0)
+        self._meshcat.SetProperty(new, "visible", True, time)
+
+
+def set_color_mesh(meshcat: Meshcat, path: str, mesh: ColorMesh, *, opacity: float = 1.0):
+    """Puts ``mesh`` (positions in W) at ``path``."""
+    meshcat.SetTriangleColorMesh(
+        path,
+        np.asfortranarray(mesh.vertices.T),
+        np.asfortranarray(mesh.faces.T.astype(np.int32)),
+        np.asfortranarray(mesh.colors.T),
+    )
+    if opacity < 1.0:
+        meshcat.SetProperty(path, "modulated_opacity", opacity)
+
+
+def draw_course(meshcat: Meshcat, terrain: Terrain):
+    """Draws start and goal, sets the stage, and looks at the way between them from the side."""
+    meshcat.SetProperty("/Grid", "visible", False)
+    meshcat.SetProperty("/Axes", "visible", False)
+    meshcat.SetProperty("/Background", "top_color", [0.80, 0.86, 0.93])
+    meshcat.SetProperty("/Background", "bottom_color", [0.96, 0.97, 0.98])
+    for light, intensity in _LIGHTS.items():
+        meshcat.SetProperty(f"/Lights/{light}/<object>", "intensity", intensity)
+    set_color_mesh(meshcat, f"{ROOT}/course", course_mesh(terrain))
+    look_at_course(meshcat, terrain)
+
+
+def look_at_course(meshcat: Meshcat, terrain: Terrain):
+    """Puts Meshcat's camera on the right of the way from start to goal, so that all of it is in view."""
+    start, goal = terrain.start[:2], terrain.goal
+    middle, length = 0.5 * (start + goal), max(np.linalg.norm(goal - start), 2.0)
+    forward = (goal - start) / length if np.linalg.norm(goal - start) > 0.1 else np.array([1.0, 0.0])
+    aside = np.array([forward[1], -forward[0]])
+    eye = middle + 0.65 * length * aside - 0.45 * length * forward
+    meshcat.SetCameraPose(np.array([*eye, 0.5 * length + 0.2]), np.array([*middle, 0.2]))

@@ -1,0 +1,119 @@
+"""PlanVisualizer: draws what the robot sees and plans into Meshcat, live and for recordings."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import EventStatus, LeafSystem
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.perception.regions import RegionSet
+from quadpips_drake.planning.plans import FootholdPlan
+from quadpips_drake.trajectory.reference import ContactSchedule, WholeBodyReference
+from quadpips_drake.values import ImmutableValue
+from quadpips_drake.visualization.meshcat_layers import MeshcatLayers
+from quadpips_drake.visualization.plan_meshes import base_mesh, foothold_mesh, region_mesh, stance_mesh, swing_mesh
+
+
+@dataclass
+class PlanVisualizerConfig:
+    """How often is drawn, and whether earlier drawings stay for a recording."""
+
+    period: float = 0.03125
+    """Time between looks at the inputs [s]."""
+    region_period: float = 1.0
+    """Least time between two drawings of regions while the plan stays the same [s]; each costs some 50 kB of recording."""
+    keep_history: bool = True
+    """Whether what is out of date is hidden (a recording can show it again) or deleted."""
+
+    def __post_init__(self):
+        if not self.period > 0 or not self.region_period > 0:
+            raise UserInputError("plan_visualizer: period and region_period must be above 0 s")
+
+
+@dataclass(frozen=True, eq=False)
+class _Drawn(ImmutableValue):
+    """What is on show: numbers of the drawings and what identifies their values."""
+
+    regions: int = 0
+    region_time: float = -np.inf
+    region_stamp: float = -np.inf
+    reference: int = 0
+    reference_key: tuple = ()
+    plan: int = 0
+    plan_key: tuple = ()
+
+
+class PlanVisualizer(LeafSystem):
+    """Draws regions, planned footholds, swing curves and base reference into Meshcat.
+
+    Meshcat records transforms and properties but no objects (drake issue 23206). Therefore every new plan and every new
+    set of regions gets objects of its own under a numbered path, and only their visibility changes over time.
+
+    .. pydrake_system::
+
+        name: PlanVisualizer
+        input_ports:
+        - region_set (optional)
+        - reference (optional)
+        - foothold_plan (optional)
+        output_ports: []
+
+    - region_set (optional): RegionSet, frame W; drawn with each new reference and otherwise every ``region_period``. An empty
+      one is not drawn.
+    - reference (optional): WholeBodyReference, frame W; drawn when it changes. One without samples is not drawn.
+    - foothold_plan (optional): FootholdPlan, frame W; its stances are drawn as discs when it changes. A failed one is not
+      drawn.
+    """
+
+    def __init__(self, robot, meshcat: Meshcat, config: PlanVisualizerConfig | None = None):
+        super().__init__()
+        self.set_name("plan_visualizer")
+        self._robot = robot
+        self._config = config or PlanVisualizerConfig()
+        self._layers = MeshcatLayers(meshcat, keep_history=self._config.keep_history)
+        empty = WholeBodyReference(0.0, 0, np.zeros(0), np.zeros((0, 24)), np.zeros((0, 24)), ContactSchedule.standing())
+        self._region_set = self.DeclareAbstractInputPort("region_set", AbstractValue.Make(RegionSet(0.0)))
+        self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(empty))
+        self._foothold_plan = self.DeclareAbstractInputPort("foothold_plan", AbstractValue.Make(FootholdPlan(0.0, 0)))
+        self._drawn = self.DeclareAbstractState(AbstractValue.Make(_Drawn()))
+        self.DeclarePeriodicUnrestrictedUpdateEvent(self._config.period, 0.0, self._look)
+
+    def _look(self, context, state):
+        """Draws what has changed since the last look."""
+        time = context.get_time()
+        before = context.get_abstract_state(int(self._drawn)).get_value()
+        after = dict(vars(before))
+        if self._reference.HasValue(context):
+            self._draw_reference(self._reference.Eval(context), time, before, after)
+        if self._foothold_plan.HasValue(context):
+            self._draw_foothold_plan(self._foothold_plan.Eval(context), time, before, after)
+        if self._region_set.HasValue(context):
+            new_plan = after["reference"] != before.reference
+            self._draw_regions(self._region_set.Eval(context), time, new_plan, before, after)
+        state.get_mutable_abstract_state(int(self._drawn)).set_value(_Drawn(**after))
+        return EventStatus.Succeeded()
+
+    def _draw_reference(self, reference: WholeBodyReference, time: float, before: _Drawn, after: dict):
+        key = (reference.request_id, reference.stamp)
+        if len(reference.times) == 0 or key == before.reference_key:
+            return
+        number = before.reference + 1
+        self._layers.replace("footholds", number, foothold_mesh(reference), time)
+        self._layers.replace("swings", number, swing_mesh(reference, self._robot), time)
+        self._layers.replace("base_reference", number, base_mesh(reference), time)
+        after |= {"reference": number, "reference_key": key}
+
+    def _draw_foothold_plan(self, plan: FootholdPlan, time: float, before: _Drawn, after: dict):
+        key = (plan.request_id, plan.stamp)
+        if not plan.success or key == before.plan_key:
+            return
+        self._layers.replace("stances", before.plan + 1, stance_mesh(plan), time)
+        after |= {"plan": before.plan + 1, "plan_key": key}
+
+    def _draw_regions(self, regions: RegionSet, time: float, new_plan: bool, before: _Drawn, after: dict):
+        due = new_plan or time - before.region_time >= self._config.region_period - 1e-9
+        if due and regions.regions and regions.stamp != before.region_stamp:
+            self._layers.replace("regions", before.regions + 1, region_mesh(regions), time, opacity=0.85)
+            after |= {"regions": before.regions + 1, "region_time": time, "region_stamp": regions.stamp}

@@ -1,0 +1,65 @@
+"""Recordings: one HTML file with everything in it, which opens offline in a browser and plays by itself."""
+
+import logging
+from pathlib import Path
+
+from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
+from pydrake.systems.framework import DiagramBuilder
+
+from quadpips_drake.errors import UserInputError
+
+FRAMES_PER_SECOND = 32.0
+
+
+def make_quiet_meshcat(port: int | None = None) -> Meshcat:
+    """Returns a Meshcat that does not announce its address on the terminal."""
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        return Meshcat(MeshcatParams(host="localhost", port=port, show_stats_plot=False))
+    finally:
+        logger.setLevel(level)
+
+
+def add_scene_visualizer(
+    builder: DiagramBuilder, scene_graph: SceneGraph, meshcat: Meshcat, frames_per_second: float = FRAMES_PER_SECOND
+) -> MeshcatVisualizer:
+    """Adds what draws the illustration geometry of ``scene_graph``; returns it for ``start_recording``.
+
+    A SceneGraph inside a subdiagram has its query port exported: then use MeshcatVisualizer.AddToBuilder with that port.
+    """
+    params = MeshcatVisualizerParams(publish_period=1.0 / frames_per_second)
+    return MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, params)
+
+
+def start_recording(meshcat: Meshcat, frames_per_second: float = FRAMES_PER_SECOND, *, live: bool = True):
+    """Lets ``meshcat`` record transforms and properties from now on.
+
+    Args:
+        meshcat: where the diagram draws.
+        frames_per_second: frames of simulated time; those of the visualiser.
+        live: whether a browser is shown the drawing, too.
+    """
+    meshcat.DeleteRecording()
+    meshcat.StartRecording(frames_per_second=frames_per_second, set_visualizations_while_recording=live)
+
+
+def save_recording(meshcat: Meshcat, path: str | Path, title: str = "quadpips") -> int:
+    """Ends the recording and writes it as one self-contained HTML file; returns its size [bytes].
+
+    Raises:
+        UserInputError: the file cannot be written.
+    """
+    meshcat.StopRecording()
+    animation = meshcat.get_mutable_recording()
+    animation.set_autoplay(True)
+    animation.set_loop_mode(MeshcatAnimation.LoopMode.kLoopOnce)
+    animation.set_clamp_when_finished(True)
+    meshcat.PublishRecording()
+    html = meshcat.StaticHtml().replace("<title>Drake MeshCat</title>", f"<title>{title}</title>", 1)
+    try:
+        Path(path).write_text(html, encoding="utf-8")
+    except OSError as error:
+        raise UserInputError(f"cannot write '{path}': {error.strerror or error}") from None
+    return len(html)
