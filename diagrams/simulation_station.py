@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from pydrake.geometry import GeometryId, MeshcatVisualizer, RoleAssign
+from pydrake.geometry import GeometryId, MeshcatVisualizer, RoleAssign, SceneGraph
 from pydrake.multibody.plant import (
     AddMultibodyPlant,
     CoulombFriction,
@@ -12,6 +12,7 @@ from pydrake.multibody.plant import (
 )
 from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.contact_sensing import find_contact_geometries, touching_links
@@ -32,7 +33,7 @@ class StationConfig:
     time_step: float = 0.001
     """Step of the physics [s]."""
     contact_approximation: str = "sap"
-    """Drake's contact solver: sap, tamsi, similar or lagged."""
+    """Drake's contact solver: sap, similar or lagged (tamsi knows no joint PD)."""
     stiffness: list[float] | None = None
     """Proportional gains of the drives for HAA, HFE, KFE [N m/rad]; null: the robot's."""
     damping: list[float] | None = None
@@ -51,9 +52,9 @@ class StationConfig:
     def __post_init__(self):
         if not 1e-5 <= self.time_step <= 0.01:
             raise UserInputError(f"station: time_step must be 1e-5..0.01 s, got {self.time_step}")
-        if self.contact_approximation not in ("sap", "tamsi", "similar", "lagged"):
+        if self.contact_approximation not in ("sap", "similar", "lagged"):
             raise UserInputError(
-                f"station: contact_approximation must be sap, tamsi, similar or lagged, got '{self.contact_approximation}'"
+                f"station: contact_approximation must be sap, similar or lagged, got '{self.contact_approximation}'"
             )
         for name in ("stiffness", "damping"):
             gains = getattr(self, name)
@@ -115,6 +116,7 @@ class SimulationStation(Diagram):
         builder = DiagramBuilder()
         self.plant, self.scene_graph = _add_plant(builder, robot, terrain, config)
         self.contact_geometries = find_contact_geometries(robot, self.plant, self.scene_graph.model_inspector())
+        self._camera_plant = self._add_camera(builder)
         self._add_sensors(builder)
         self._export_plant_ports(builder)
         if meshcat is not None:
@@ -139,15 +141,31 @@ class SimulationStation(Diagram):
         context = self.GetMyContextFromRoot(root_context)
         return touching_links(self.GetOutputPort("contact_results").Eval(context), self.contact_geometries)
 
+    def _add_camera(self, builder: DiagramBuilder) -> MultibodyPlant:
+        """Adds the camera with a scene of its own, whose poses are computed when an image is read.
+
+        In the plant's scene, the renderer would follow every step of the physics, which takes longer than the physics.
+        """
+        plant = MultibodyPlant(time_step=self.config.time_step)
+        scene = builder.AddNamedSystem("camera_scene", SceneGraph())
+        plant.RegisterAsSourceForSceneGraph(scene)
+        add_terrain_to_plant(self.terrain, plant)
+        self.robot.add_to_plant(plant)
+        plant.Finalize()
+        poses = builder.AddNamedSystem("camera_scene_poses", MultibodyPositionToGeometryPose(plant, True))
+        builder.Connect(self.plant.get_state_output_port(), poses.get_input_port())
+        builder.Connect(poses.get_output_port(), scene.get_source_pose_port(plant.get_source_id()))
+
+        base = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base").index())
+        camera = add_depth_camera(builder, scene, base, self.robot.camera(self.config.camera_name), self.config.camera)
+        builder.Connect(scene.get_query_output_port(), camera.query_object_input_port())
+        builder.ExportOutput(camera.depth_image_32F_output_port(), "depth_image")
+        builder.ExportOutput(camera.body_pose_in_world_output_port(), "camera_pose")
+        return plant
+
     def _add_sensors(self, builder: DiagramBuilder) -> None:
         plant, robot, config = self.plant, self.robot, self.config
         instance = plant.GetModelInstanceByName(robot.name)
-        base = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base", instance).index())
-        camera = add_depth_camera(builder, self.scene_graph, base, robot.camera(config.camera_name), config.camera)
-        builder.Connect(self.scene_graph.get_query_output_port(), camera.query_object_input_port())
-        builder.ExportOutput(camera.depth_image_32F_output_port(), "depth_image")
-        builder.ExportOutput(camera.body_pose_in_world_output_port(), "camera_pose")
-
         estimator = builder.AddNamedSystem(
             "state_estimator",
             OracleStateEstimator(robot, self.contact_geometries, contact_threshold=config.contact_threshold),
