@@ -157,8 +157,8 @@ def _check_value(kind: Any, key: str, value: Any, path: tuple, source: str) -> N
         # The loader iterates over whatever stands where a list is wanted, so that "12" would become [1.0, 2.0].
         if typing.get_origin(inner) is list and value is not None and not isinstance(value, list):
             raise TypeError
-        yaml_load_typed(schema=probe, data=yaml.safe_dump({key: value}))
-        if isinstance(value, float) and value != value:
+        loaded = getattr(yaml_load_typed(schema=probe, data=yaml.safe_dump({key: value})), key)
+        if isinstance(loaded, float) and loaded != loaded:
             raise ValueError
     except Exception:
         # One line whatever it was that the loader did not like: it raises several types, with Python's names in them.

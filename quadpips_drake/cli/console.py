@@ -28,8 +28,9 @@ class OneLineErrors(TyperGroup):
             print_error(str(error))
             status = BAD_INPUT
         except typer.TyperException as error:  # the command line itself: an unknown option, a missing value
-            if error.message:  # without any argument the help was already printed
-                print_error(f"{error.format_message()} {_help_hint(error)}")
+            message = error.format_message()
+            if message:  # a group of commands without any argument has printed its help already, and says nothing more
+                print_error(f"{message} {_help_hint(error)}")
             status = BAD_INPUT
         except typer.Abort:
             status = INTERRUPTED

@@ -119,7 +119,8 @@ class RunProgress:
         return self
 
     def __exit__(self, *_):
-        self._bar.stop()
+        if console.messages.is_terminal:
+            self._bar.stop()
 
     def __call__(self, sim_time: float) -> None:
         """Takes the simulated time [s]."""

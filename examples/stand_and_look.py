@@ -1,0 +1,46 @@
+"""Stands a robot on a terrain for a second and saves what its depth camera sees.
+
+    python examples/stand_and_look.py [TERRAIN] [ROBOT] [PICTURE.png]
+
+It shows how to use the simulation station alone, as a plant for a controller of one's own: the station has the ports of a
+robot (feed-forward torques and joint targets in; depth image, state and IMU out), whichever robot and terrain it holds.
+"""
+
+import sys
+
+import matplotlib.pyplot as plt
+import numpy as np
+from pydrake.systems.analysis import Simulator
+
+from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
+from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.terrain.library import load_terrain
+
+
+def main(terrain_name: str = "stepping_stones", robot_name: str = "anymal_c", picture: str = "depth.png") -> None:
+    robot = load_robot(robot_name)
+    terrain = load_terrain(terrain_name)
+    station = make_simulation_station(robot, terrain, StationConfig())
+
+    simulator = Simulator(station)
+    context = simulator.get_mutable_context()
+    station.set_initial_state(context, *terrain.start)
+    # The simplest controller: the drives hold the nominal stance.
+    station.GetInputPort("feedforward_torque").FixValue(context, np.zeros(12))
+    station.GetInputPort("desired_joint_state").FixValue(context, np.concatenate((robot.nominal_joints, np.zeros(12))))
+
+    for time in np.arange(0.0, 1.01, 0.25):
+        simulator.AdvanceTo(time)
+        state = station.GetOutputPort("robot_state").Eval(context)
+        tilt = np.degrees(state.rpy_WB[:2])
+        print(f"t = {time:.2f} s: torso at {np.round(state.p_WB, 3)} m, roll and pitch {np.round(tilt, 2)} deg")
+
+    depth = station.GetOutputPort("depth_image").Eval(context).data[:, :, 0]
+    seen = np.isfinite(depth) & (depth > 0.0)
+    print(f"depth image: {np.mean(seen):.0%} of the pixels see something, the nearest at {depth[seen].min():.2f} m")
+    plt.imsave(picture, np.where(seen, depth, np.nan), vmin=0.0, vmax=depth[seen].max(), cmap="viridis_r")
+    print(f"wrote {picture}")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,123 @@
+"""The other commands, and what all have in common."""
+
+import re
+import subprocess
+import sys
+import time
+
+import pytest
+from typer.testing import CliRunner
+
+from quadpips_drake import __version__
+from quadpips_drake.cli import console, doctor
+from quadpips_drake.cli.main import app
+from quadpips_drake.errors import UserInputError
+
+COMMANDS = ["run", "terrain", "diagram", "doctor"]
+
+
+def quadpips(*arguments):
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments], prog_name="quadpips")
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_help_lists_the_commands_and_is_quick():
+    started = time.perf_counter()
+    done = subprocess.run([sys.executable, "-m", "quadpips_drake.cli.main", "--help"], capture_output=True, text=True)
+    elapsed = time.perf_counter() - started
+    assert done.returncode == 0
+    for command in COMMANDS:
+        assert re.search(rf"│ {command}\b", done.stdout)
+    assert elapsed < 5.0, "heavy modules belong inside the commands (0.3 s where nothing else runs)"
+
+
+def test_help_imports_nothing_heavy():
+    code = "import sys, quadpips_drake.cli.main; print([m for m in ('numpy', 'pydrake', 'numba') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_command_explains_itself(command):
+    status, output, _ = quadpips(command, "--help")
+    assert status == 0
+    assert "Usage: quadpips" in output
+
+
+def test_version():
+    assert quadpips("--version")[:2] == (0, f"quadpips_drake {__version__}\n")
+
+
+@pytest.mark.parametrize("arguments", [["rum"], ["run", "--sed", "1"], ["diagram"], ["terrain", "shaw"]])
+def test_usage_errors_are_one_line(arguments):
+    status, _, errors = quadpips(*arguments)
+    assert status == 2
+    assert errors.startswith("error: ")
+    assert errors.count("\n") == 1
+
+
+def test_numbers_are_read_exactly():
+    assert console.numbers("--goal", "1.5,-2", "X,Y") == [1.5, -2.0]
+    for text in ("", "1", "1,2,3", "1;2", "1,inf", "a,b"):
+        with pytest.raises(UserInputError, match="X,Y"):
+            console.numbers("--goal", text, "X,Y")
+
+
+def test_an_unknown_diagram_lists_the_known_ones():
+    status, _, errors = quadpips("diagram", "engine")
+    assert status == 2
+    assert "known: perception, quadpips, station, tracking" in errors
+
+
+def test_a_diagram_of_unknown_format_is_refused():
+    status, _, errors = quadpips("diagram", "station", "--out", "station.bmp")
+    assert status == 2
+    assert ".svg" in errors
+
+
+@pytest.mark.parametrize("name", ["station", "perception", "tracking", "quadpips"])
+def test_a_diagram_is_drawn(name, tmp_path, monkeypatch):
+    monkeypatch.setattr("shutil.which", lambda program: None)  # without Graphviz, the dot file and a line that says so
+    status, output, errors = quadpips("diagram", name, "--out", tmp_path / f"{name}.svg")
+    assert status == 0, errors
+    assert "apt install graphviz" in output
+    assert (tmp_path / f"{name}.dot").read_text().startswith("digraph")
+
+
+def test_doctor_reports_failures_with_their_remedy(monkeypatch):
+    def fails():
+        raise doctor.CheckFailed("it is broken")
+
+    checks = [doctor.Check("sound", lambda: "well", ""), doctor.Check("broken", fails, "mend it")]
+    monkeypatch.setattr(doctor, "checks", lambda: iter(checks))
+    status, output, _ = quadpips("doctor")
+    assert status == 1
+    assert output.splitlines() == [
+        "OK   sound: well",
+        "FAIL broken: it is broken",
+        "     -> mend it",
+        "1 of 2 checks failed",
+    ]
+
+
+def _end_abruptly():
+    import os
+
+    os.abort()
+
+
+def test_doctor_survives_a_check_that_ends_its_process():
+    ok, remark = doctor.outcome(doctor.Check("crash", _end_abruptly, "", isolated=True))
+    assert not ok
+    assert "abruptly" in remark
+
+
+@pytest.mark.parametrize("solver", ["piqp", "proxqp", "osqp", "clarabel"])
+def test_doctor_finds_each_solver_able(solver):
+    assert "solves" in doctor._solve(solver)
+
+
+def test_doctor_renders_and_stands():
+    assert "rendered" in doctor._render()
+    assert "upright" in doctor._stand()

@@ -1,0 +1,101 @@
+"""``quadpips run``: what is refused and how; the configuration that comes out."""
+
+import json
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from quadpips_drake.cli.main import app
+from quadpips_drake.cli.run import RunProgress, default_directory, resolve_trial_config
+from quadpips_drake.errors import UserInputError
+
+BAD_INPUT = [
+    (["--robot", "spot"], ["unknown robot 'spot'", "anymal_c, go2"]),
+    (["--terrain", "moon"], ["unknown terrain 'moon'", "flat", "stepping_stones"]),
+    (["--terrain", "no_such_file.yaml"], ["no_such_file.yaml", "no such file"]),
+    (["--planner", "magic"], ["unknown planner 'magic'", "quadpips"]),
+    (["--set", "seed"], ["--set 'seed'", "key=value"]),
+    (["--set", "sead=3"], ["unknown key 'sead'", "'seed'"]),
+    (["--set", "duration=long"], ["'duration' must be a number"]),
+    (["--set", "robot=spot"], ["unknown robot 'spot'"]),
+    (["--start", "0,0"], ["--start '0,0'", "X,Y,YAW"]),
+    (["--start", "0,0,north"], ["--start", "X,Y,YAW"]),
+    (["--goal", "1,nan"], ["--goal '1,nan'", "X,Y"]),
+    (["--goal", "1000,0", "--terrain", "flat"], ["goal"]),
+    (["--start", "0,0,0"], ["start"]),  # over the pit of stepping_stones
+    (["--duration", "-1"], ["duration must be"]),
+    (["--duration", "soon"], ["--duration", "quadpips run --help"]),
+    (["--sed", "3"], ["--sed", "--seed"]),
+    (["no_such_scenario.yaml"], ["no_such_scenario.yaml", "No such file"]),
+    (["--out", "/proc/nowhere"], ["--out /proc/nowhere", "writable"]),
+]
+
+
+def quadpips(*arguments, cwd=None):
+    """Runs the command line; returns exit status, stdout and stderr."""
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments], prog_name="quadpips")
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+@pytest.mark.parametrize(("arguments", "parts"), BAD_INPUT, ids=lambda value: " ".join(value))
+def test_bad_input_ends_with_one_line_and_status_2(arguments, parts, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("pydrake.systems.analysis.Simulator", None)  # refused before anything is simulated
+    status, _, errors = quadpips("run", "--no-recording", *arguments)
+    lines = [line for line in errors.splitlines() if line.strip() and not line.startswith("building")]
+    assert status == 2, errors
+    assert len(lines) == 1, errors
+    assert lines[0].startswith("error: ")
+    for part in parts:
+        assert part in lines[0]
+
+
+def test_an_impossible_goal_is_recorded_in_the_result(tmp_path):
+    status, _, _ = quadpips("run", "--no-recording", "--terrain", "flat", "--goal", "1000,0", "--out", tmp_path)
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert status == 2
+    assert not result["success"]
+    assert result["reason"] == "error"
+    assert "goal" in result["detail"]
+
+
+def test_a_scenario_with_an_unknown_key_is_refused(tmp_path):
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text("robot: go2\nterain: flat\n")
+    status, _, errors = quadpips("run", scenario)
+    assert status == 2
+    assert f"{scenario}: unknown key 'terain'; did you mean 'terrain'?" in " ".join(errors.split())
+
+
+def test_options_lie_over_the_scenario_and_overrides_over_both(tmp_path):
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text(yaml.safe_dump({"robot": "go2", "terrain": "flat", "seed": 1, "duration": 10.0}))
+    config = resolve_trial_config(scenario, {"seed": 2, "duration": 20.0}, ["duration=30"])
+    assert (config.robot, config.terrain, config.seed, config.duration) == ("go2", "flat", 2, 30.0)
+    assert str(default_directory(config)) == "out/go2-flat-quadpips-2"
+
+
+def test_the_robot_is_checked_before_its_defaults_are_looked_for():
+    with pytest.raises(UserInputError, match="unknown robot"):
+        resolve_trial_config(None, {"robot": "../../etc"}, [])
+
+
+def test_progress_prints_lines_where_no_bar_can_be_drawn(capsys):
+    with RunProgress(20.0) as progress:
+        for time in range(12):
+            progress(float(time))
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 4, "one for building, then at 0, 5 and 10 s"
+    assert "10.0 of at most 20 s, real-time factor" in lines[-1]
+
+
+def test_an_interrupted_run_says_where_the_rest_lies(tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("quadpips_drake.benchmark.trial.run_trial", interrupted)
+    status, _, errors = quadpips("run", "--terrain", "flat", "--out", tmp_path)
+    assert status == 130
+    assert "interrupted; what was simulated so far lies in" in errors
