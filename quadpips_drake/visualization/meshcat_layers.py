@@ -8,8 +8,8 @@ from quadpips_drake.visualization.plan_meshes import course_mesh
 from quadpips_drake.visualization.shapes import ColorMesh
 
 ROOT = "/quadpips"
-_LIGHTS = {"AmbientLight": 0.45, "FillLight": 0.35, "PointLightPositiveX": 0.25, "PointLightNegativeX": 0.15}
-"""Dimmer than Meshcat's own, which bleach light ground and bright colours."""
+_LIGHTS = {"AmbientLight": 1.3, "FillLight": 0.9, "PointLightPositiveX": 5.0, "PointLightNegativeX": 3.0}
+"""Softer than Meshcat's own lights, which bleach light ground and bright colours."""
 
 
 class MeshcatLayers:

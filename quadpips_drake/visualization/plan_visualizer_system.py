@@ -60,8 +60,8 @@ class PlanVisualizer(LeafSystem):
         - foothold_plan (optional)
         output_ports: []
 
-    - region_set (optional): RegionSet, frame W; drawn with each new reference and otherwise every ``region_period``. An empty
-      one is not drawn.
+    - region_set (optional): RegionSet, frame W; drawn with each new reference and otherwise every ``region_period``. An
+      empty one is not drawn.
     - reference (optional): WholeBodyReference, frame W; drawn when it changes. One without samples is not drawn.
     - foothold_plan (optional): FootholdPlan, frame W; its stances are drawn as discs when it changes. A failed one is not
       drawn.
