@@ -35,6 +35,33 @@ class AffordanceImage(ImmutableValue):
     labels: np.ndarray
     """Steppability, uint8 (height, width)."""
 
+    @staticmethod
+    def empty() -> "AffordanceImage":
+        """Returns an image without a single pixel."""
+        return AffordanceImage(
+            stamp=-np.inf,
+            X_WC=np.eye(4),
+            intrinsics=CameraIntrinsics(width=0, height=0, fx=1.0, fy=1.0, cx=0.0, cy=0.0),
+            depth=np.zeros((0, 0), np.float32),
+            normals=np.zeros((0, 0, 3), np.float32),
+            labels=np.zeros((0, 0), np.uint8),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class LabelImage(ImmutableValue):
+    """Steppability per pixel of one camera (QuadPiPS section V-B)."""
+
+    stamp: float
+    """Time of exposure of the depth image that was labelled [s]."""
+    labels: np.ndarray
+    """Values of perception.labels.Steppability, uint8 (height, width)."""
+
+    @staticmethod
+    def empty() -> "LabelImage":
+        """Returns an image without a single pixel."""
+        return LabelImage(stamp=-np.inf, labels=np.zeros((0, 0), np.uint8))
+
 
 @dataclass(frozen=True, eq=False)
 class EgocanImage(ImmutableValue):
@@ -56,7 +83,27 @@ class EgocanImage(ImmutableValue):
     cap_labels: np.ndarray
     """Steppability, uint8 (h_cap, w_cap)."""
     cap_focal: float
-    """Pixels per unit of x/|y| on the cap."""
+    """Pixels per unit of x/|y| on the cap: u = cap_focal x/|y| + w_cap/2, v = cap_focal z/|y| + h_cap/2, where integers are
+    the centres of pixels."""
+    cylinder_normals: np.ndarray | None = None
+    """Unit normals in E, float32 (h_cyl, w_cyl, 3); NaN where unknown."""
+    cylinder_labels: np.ndarray | None = None
+    """Steppability, uint8 (h_cyl, w_cyl)."""
+
+    @staticmethod
+    def empty() -> "EgocanImage":
+        """Returns a can without a single pixel."""
+        return EgocanImage(
+            stamp=-np.inf,
+            X_WE=np.eye(4),
+            cylinder_range=np.zeros((0, 0), np.float32),
+            cap_height=np.zeros((0, 0), np.float32),
+            cap_normals=np.zeros((0, 0, 3), np.float32),
+            cap_labels=np.zeros((0, 0), np.uint8),
+            cap_focal=1.0,
+            cylinder_normals=np.zeros((0, 0, 3), np.float32),
+            cylinder_labels=np.zeros((0, 0), np.uint8),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,3 +123,21 @@ class SuperpixelImage(ImmutableValue):
     """Cluster normals in E, unit, (k, 3)."""
     labels: np.ndarray
     """Steppability per cluster, uint8 (k,)."""
+    cap_focal: float = 1.0
+    """Pixels per unit of x/|y| on the cap (see EgocanImage)."""
+    healthy: np.ndarray | None = None
+    """Whether a pixel passed the health check, bool (h_cap, w_cap)."""
+
+    @staticmethod
+    def empty() -> "SuperpixelImage":
+        """Returns an image without a single pixel or cluster."""
+        return SuperpixelImage(
+            stamp=-np.inf,
+            X_WE=np.eye(4),
+            assignment=np.zeros((0, 0), np.int32),
+            points=np.zeros((0, 0, 3), np.float32),
+            centers=np.zeros((0, 3)),
+            normals=np.zeros((0, 3)),
+            labels=np.zeros(0, np.uint8),
+            healthy=np.zeros((0, 0), bool),
+        )

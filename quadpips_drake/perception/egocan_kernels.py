@@ -1,0 +1,243 @@
+"""The inner loops of the egocan. Camera arguments are packed as (R_WC (3, 3), p_WC (3,), (fx, fy, cx, cy))."""
+
+import numpy as np
+from numba import njit
+
+MAX_SUBDIVISION = 6
+"""Most pieces into which the surface between two vertically neighbouring pixels is cut."""
+
+
+def pack_camera(X_WC, intrinsics):
+    """Returns the camera in the form that the kernels take."""
+    focal = np.array([intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy])
+    return np.ascontiguousarray(X_WC[:3, :3]), np.ascontiguousarray(X_WC[:3, 3]), focal
+
+
+@njit(cache=True, inline="always")
+def _add_ground(x, y, z, nx, ny, nz, label, first_x, first_y, per_cell, layer, total, labels):
+    """Adds one point to the totals [count, height, normal (3), spare] of its cell; a higher layer displaces a lower one."""
+    i = int(np.floor(x * per_cell)) - first_x
+    j = int(np.floor(y * per_cell)) - first_y
+    if i < 0 or j < 0 or i >= total.shape[0] or j >= total.shape[1]:
+        return
+    cell = total[i, j]
+    if cell[0] > 0:
+        above = z - cell[1] / cell[0]
+        if above < -layer:
+            return
+        if above > layer:
+            cell[:] = 0
+    cell[0] += 1
+    cell[1] += z
+    cell[2] += nx
+    cell[3] += ny
+    cell[4] += nz
+    labels[i, j] = max(label, labels[i, j] if cell[0] > 1 else 0)
+
+
+@njit(cache=True)
+def collect_ground(depth, normals, image_labels, camera, first_cell, cell_size, layer, total, labels):
+    """Sums the points of an image per cell; points without a normal (edges, noise) are left out.
+
+    Rows of pixels far ahead lie further apart on the ground than a cell. The sensor sees one unbroken surface between two
+    neighbouring pixels, so the piece between them is added as well, as long as it is as flat as their normals say.
+    """
+    R, p, focal = camera
+    fx, fy, cx, cy = focal
+    rows, columns = depth.shape
+    first_x, first_y = first_cell[0], first_cell[1]
+    per_cell = 1.0 / cell_size
+    above, known = np.zeros((columns, 3)), np.zeros(columns, np.bool_)  # the pixel above, of each column
+    for v in range(rows):
+        b = (v - cy) / fy
+        for u in range(columns):
+            z = depth[v, u]
+            n0, n1, n2 = normals[v, u, 0], normals[v, u, 1], normals[v, u, 2]
+            if not (z < np.inf and n0 == n0):
+                known[u] = False
+                continue
+            a = (u - cx) / fx
+            dx = z * (R[0, 0] * a + R[0, 1] * b + R[0, 2])
+            dy = z * (R[1, 0] * a + R[1, 1] * b + R[1, 2])
+            dz = z * (R[2, 0] * a + R[2, 1] * b + R[2, 2])
+            if dz >= 0:  # above the camera: no ground
+                known[u] = False
+                continue
+            nx = R[0, 0] * n0 + R[0, 1] * n1 + R[0, 2] * n2
+            ny = R[1, 0] * n0 + R[1, 1] * n1 + R[1, 2] * n2
+            nz = R[2, 0] * n0 + R[2, 1] * n1 + R[2, 2] * n2
+            label = image_labels[v, u]
+            _add_ground(p[0] + dx, p[1] + dy, p[2] + dz, nx, ny, nz, label, first_x, first_y, per_cell, layer, total, labels)
+            if known[u]:
+                ex, ey, ez = above[u, 0] - dx, above[u, 1] - dy, above[u, 2] - dz
+                pieces = int(max(abs(ex), abs(ey)) * per_cell * 1.5) + 1
+                if 1 < pieces <= MAX_SUBDIVISION and abs(nx * ex + ny * ey + nz * ez) < 0.5 * cell_size:
+                    for k in range(1, pieces):
+                        t = k / pieces
+                        _add_ground(
+                            p[0] + dx + t * ex, p[1] + dy + t * ey, p[2] + dz + t * ez, nx, ny, nz, label,
+                            first_x, first_y, per_cell, layer, total, labels,
+                        )  # fmt: skip
+            above[u, 0], above[u, 1], above[u, 2] = dx, dy, dz
+            known[u] = True
+
+
+@njit(cache=True)
+def sees_through(x, y, z, depth, camera, margin):
+    """Whether the image shows something clearly behind the point (x, y, z) of W, in all four pixels around it.
+
+    Depth +inf says "nothing in range" and so is behind; NaN says nothing at all.
+    """
+    R, p, focal = camera
+    dx, dy, dz = x - p[0], y - p[1], z - p[2]
+    z_C = R[0, 2] * dx + R[1, 2] * dy + R[2, 2] * dz
+    if z_C < 0.05:
+        return False
+    u = focal[0] * (R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz) / z_C + focal[2]
+    v = focal[1] * (R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz) / z_C + focal[3]
+    if not (0 <= u < depth.shape[1] - 1 and 0 <= v < depth.shape[0] - 1):
+        return False
+    i, j = int(v), int(u)
+    limit = z_C + margin
+    return depth[i, j] > limit and depth[i, j + 1] > limit and depth[i + 1, j] > limit and depth[i + 1, j + 1] > limit
+
+
+@njit(cache=True)
+def merge_ground(
+    total, new_label, blend_height, max_count, depth, camera, first_cell, cell_size, margin, height, normal, label, count
+):
+    """Writes the sums of one image into the memory, cell by cell, and forgets what the image disproves."""
+    for i in range(height.shape[0]):
+        for j in range(height.shape[1]):
+            n = total[i, j, 0]
+            if n == 0:
+                if np.isfinite(height[i, j]):
+                    x = (first_cell[0] + i + 0.5) * cell_size
+                    y = (first_cell[1] + j + 0.5) * cell_size
+                    if sees_through(x, y, height[i, j], depth, camera, margin):
+                        height[i, j] = np.nan
+                        normal[i, j, :] = np.nan
+                        label[i, j] = 0
+                        count[i, j] = 0
+                continue
+            z = total[i, j, 1] / n
+            share = 1.0
+            if count[i, j] > 0 and abs(z - height[i, j]) <= blend_height:
+                share = 1.0 / (count[i, j] + 1.0)
+            else:
+                count[i, j] = 0
+            length = np.sqrt(total[i, j, 2] ** 2 + total[i, j, 3] ** 2 + total[i, j, 4] ** 2)
+            if length == 0:
+                continue
+            height[i, j] = z if share == 1.0 else height[i, j] + share * (z - height[i, j])
+            norm = 0.0
+            for k in range(3):
+                value = total[i, j, 2 + k] / length
+                normal[i, j, k] = value if share == 1.0 else normal[i, j, k] + share * (value - normal[i, j, k])
+                norm += normal[i, j, k] ** 2
+            if norm > 0:
+                for k in range(3):
+                    normal[i, j, k] /= np.sqrt(norm)
+            label[i, j] = new_label[i, j]
+            count[i, j] = min(count[i, j] + 1, max_count)
+
+
+@njit(cache=True)
+def draw_cap(ground_height, ground_normal, ground_label, first_cell, cell_size, X_WE, focal, height, normals, labels):
+    """Draws the remembered cells onto the floor cap (equation 4); the highest surface on each ray wins.
+
+    ``height`` comes filled with +inf and holds |y| where drawn. Each pixel gets the point where its own ray meets the plane
+    of the cell, so that a slope does not turn into a staircase.
+    """
+    size = height.shape[0]
+    middle = size // 2
+    R = X_WE[:3, :3]
+    spread = abs(R[0, 2]) + abs(R[1, 2])
+    for i in range(ground_height.shape[0]):
+        dx = (first_cell[0] + i + 0.5) * cell_size - X_WE[0, 3]
+        for j in range(ground_height.shape[1]):
+            y = X_WE[2, 3] - ground_height[i, j]
+            if not y > 0.02:  # unknown, or not below the camera
+                continue
+            dy = (first_cell[1] + j + 0.5) * cell_size - X_WE[1, 3]
+            x = R[0, 0] * dx + R[1, 0] * dy
+            z = R[0, 2] * dx + R[1, 2] * dy
+            scale = focal / y
+            u, v = x * scale + middle, z * scale + middle
+            half = 0.505 * cell_size * spread * scale
+            if u + half < 0 or v + half < 0 or u - half > size - 1 or v - half > size - 1:
+                continue
+            g0, g1, g2 = ground_normal[i, j, 0], ground_normal[i, j, 1], ground_normal[i, j, 2]
+            nx = R[0, 0] * g0 + R[1, 0] * g1
+            ny = -g2
+            nz = R[0, 2] * g0 + R[1, 2] * g1
+            for row in range(max(0, int(np.ceil(v - half))), min(size - 1, int(np.floor(v + half))) + 1):
+                for column in range(max(0, int(np.ceil(u - half))), min(size - 1, int(np.floor(u + half))) + 1):
+                    du, dv = column - middle, row - middle
+                    if du * du + dv * dv > middle * middle:  # that ray belongs to the cylinder
+                        continue
+                    y_pixel = y
+                    if g2 > 0.5:
+                        along = (nx * du + nz * dv) / focal + ny
+                        y_plane = (nx * x + ny * y + nz * z) / along
+                        if abs(y_plane - y) < cell_size:
+                            y_pixel = y_plane
+                    if y_pixel < height[row, column]:
+                        height[row, column] = y_pixel
+                        normals[row, column, 0] = nx
+                        normals[row, column, 1] = ny
+                        normals[row, column, 2] = nz
+                        labels[row, column] = ground_label[i, j]
+
+
+@njit(cache=True, inline="always")
+def _onto_cylinder(x, y, z, n0, n1, n2, label, X_WE, v_fov, ranges, points, normals, labels):
+    """Puts a point of W onto the cylinder if it belongs there and nothing nearer is in its pixel."""
+    rows, columns = ranges.shape
+    dx, dy = x - X_WE[0, 3], y - X_WE[1, 3]
+    down = X_WE[2, 3] - z
+    x_E = X_WE[0, 0] * dx + X_WE[1, 0] * dy
+    z_E = X_WE[0, 2] * dx + X_WE[1, 2] * dy
+    rho = np.sqrt(x_E * x_E + z_E * z_E)
+    if not rho > 0.05 or abs(down) >= 0.5 * v_fov * rho:
+        return
+    u = int(np.arctan2(x_E, z_E) * columns / (2 * np.pi) + 0.5 * columns) % columns
+    v = int(down / rho * rows / v_fov + 0.5 * rows)
+    if v < 0 or v >= rows or rho >= ranges[v, u]:
+        return
+    ranges[v, u] = rho
+    points[v, u, 0], points[v, u, 1], points[v, u, 2] = x, y, z
+    normals[v, u, 0], normals[v, u, 1], normals[v, u, 2] = n0, n1, n2
+    labels[v, u] = label
+
+
+@njit(cache=True)
+def move_cylinder(old_points, old_normals, old_labels, depth, camera, margin, X_WE, v_fov, ranges, points, normals, labels):
+    """Carries the old points over to the new pose (equation 3), except those that the camera now sees through."""
+    for v in range(old_points.shape[0]):
+        for u in range(old_points.shape[1]):
+            x, y, z = old_points[v, u, 0], old_points[v, u, 1], old_points[v, u, 2]
+            if x == x and not sees_through(x, y, z, depth, camera, margin):
+                n = old_normals[v, u]
+                _onto_cylinder(x, y, z, n[0], n[1], n[2], old_labels[v, u], X_WE, v_fov, ranges, points, normals, labels)
+
+
+@njit(cache=True)
+def add_to_cylinder(depth, image_normals, image_labels, camera, stride, X_WE, v_fov, ranges, points, normals, labels):
+    """Puts the points of an image onto the cylinder (equations 1 and 2)."""
+    R, p, focal = camera
+    for v in range(0, depth.shape[0], stride):
+        b = (v - focal[3]) / focal[1]
+        for u in range(0, depth.shape[1], stride):
+            d = depth[v, u]
+            if not d < np.inf:
+                continue
+            a = (u - focal[2]) / focal[0]
+            x = p[0] + d * (R[0, 0] * a + R[0, 1] * b + R[0, 2])
+            y = p[1] + d * (R[1, 0] * a + R[1, 1] * b + R[1, 2])
+            z = p[2] + d * (R[2, 0] * a + R[2, 1] * b + R[2, 2])
+            m0, m1, m2 = image_normals[v, u, 0], image_normals[v, u, 1], image_normals[v, u, 2]
+            n0 = R[0, 0] * m0 + R[0, 1] * m1 + R[0, 2] * m2
+            n1 = R[1, 0] * m0 + R[1, 1] * m1 + R[1, 2] * m2
+            n2 = R[2, 0] * m0 + R[2, 1] * m1 + R[2, 2] * m2
+            _onto_cylinder(x, y, z, n0, n1, n2, image_labels[v, u], X_WE, v_fov, ranges, points, normals, labels)

@@ -1,0 +1,100 @@
+"""The system around the normal estimation."""
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import LeafSystem
+from pydrake.systems.sensors import ImageDepth32F
+
+from quadpips_drake.perception.images import AffordanceImage, CameraIntrinsics, LabelImage
+from quadpips_drake.perception.labels import Steppability
+from quadpips_drake.perception.normals import NormalConfig, clean_depth, estimate_normals
+from quadpips_drake.perception.port_examples import example_robot_state
+from quadpips_drake.robots.robot_state import RobotState
+from quadpips_drake.timing import StageTimings
+
+
+class NormalEstimator(LeafSystem):
+    """Estimates a surface normal per pixel and assembles the affordance image (depth, normal, steppability).
+
+    Image gradients, QuadPiPS section V-A, equations 5-9; see perception.normals. The pose of the camera follows from the
+    state of the base: X_WC = X_WB X_BC. Without memory: whoever reads the output sets the rate (30 Hz in the paper).
+
+    .. pydrake_system::
+
+        name: NormalEstimator
+        input_ports:
+        - depth_image
+        - robot_state
+        - labels (optional)
+        output_ports:
+        - affordance_image
+
+    - depth_image: ImageDepth32F (height, width) [m] in the optical frame C; 0, NaN and inf are invalid. +inf means that the
+      nearest surface is out of range.
+    - robot_state: abstract RobotState, frame W, at the time of exposure.
+    - labels: abstract LabelImage of the same size; any other size, or none at all, makes every pixel UNKNOWN.
+    - affordance_image: abstract AffordanceImage in C; NaN where invalid, +inf kept in the depth where nothing is in range;
+      without a pixel when the image has not the expected size or the pose is not finite.
+    """
+
+    def __init__(
+        self,
+        X_BC: np.ndarray,
+        intrinsics: CameraIntrinsics,
+        config: NormalConfig | None = None,
+        *,
+        timings: StageTimings | None = None,
+    ):
+        """``X_BC``: pose of the optical frame in the base frame, (4, 4)."""
+        super().__init__()
+        self._X_BC = np.array(X_BC, float)
+        self._intrinsics = intrinsics
+        self._config = config or NormalConfig()
+        self._timings = timings or StageTimings()
+        depth = AbstractValue.Make(ImageDepth32F(intrinsics.width, intrinsics.height))
+        self._depth_port = self.DeclareAbstractInputPort("depth_image", depth)
+        self._state_port = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(example_robot_state()))
+        self._label_port = self.DeclareAbstractInputPort("labels", AbstractValue.Make(LabelImage.empty()))
+        self.DeclareAbstractOutputPort(
+            "affordance_image",
+            lambda: AbstractValue.Make(AffordanceImage.empty()),
+            self._calc_affordance_image,
+            {self._depth_port.ticket(), self._state_port.ticket(), self._label_port.ticket()},
+        )
+
+    def _calc_affordance_image(self, context, output):
+        depth = np.squeeze(self._depth_port.Eval(context).data, axis=2)
+        labels = self._label_port.Eval(context).labels if self._label_port.HasValue(context) else None
+        with self._timings.measure("normals"):
+            image = make_affordance_image(
+                depth, self._state_port.Eval(context), self._X_BC, self._intrinsics, self._config, labels
+            )
+        output.set_value(image)
+
+
+def make_affordance_image(
+    depth: np.ndarray,
+    state: RobotState,
+    X_BC: np.ndarray,
+    intrinsics: CameraIntrinsics,
+    config: NormalConfig,
+    labels: np.ndarray | None = None,
+) -> AffordanceImage:
+    """Returns the affordance image of one ``depth`` image [m], (height, width), taken in robot ``state``.
+
+    Depth +inf ("further than the sensor's range") stays in the image: it is evidence of free space.
+    """
+    X_WB = np.eye(4)
+    X_WB[:3, :3] = state.R_WB
+    X_WB[:3, 3] = state.p_WB
+    X_WC = X_WB @ X_BC
+    shape = (intrinsics.height, intrinsics.width)
+    if depth.shape != shape or not np.all(np.isfinite(X_WC)):
+        return AffordanceImage.empty()
+    if labels is None or labels.shape != shape:
+        labels = np.full(shape, Steppability.UNKNOWN, np.uint8)
+    cleaned = clean_depth(depth, config)
+    normals = estimate_normals(cleaned, intrinsics, config)
+    with np.errstate(invalid="ignore"):
+        cleaned[depth > config.max_range] = np.inf
+    return AffordanceImage(state.stamp, X_WC, intrinsics, cleaned, normals, labels)

@@ -1,0 +1,42 @@
+"""The system around the superpixels."""
+
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import LeafSystem
+
+from quadpips_drake.perception.images import EgocanImage, SuperpixelImage
+from quadpips_drake.perception.periodic_stage import declare_periodic_output
+from quadpips_drake.perception.superpixels import SuperpixelConfig, segment_superpixels
+from quadpips_drake.timing import StageTimings
+
+
+class SuperpixelSegmenter(LeafSystem):
+    """Over-segments the floor cap of the egocan into planar superpixels.
+
+    SLIC for sparse multi-channel images, QuadPiPS section V-D, equations 10-14; see perception.superpixels.
+
+    .. pydrake_system::
+
+        name: SuperpixelSegmenter
+        input_ports:
+        - egocan
+        output_ports:
+        - superpixels
+
+    - egocan: abstract EgocanImage, frame E.
+    - superpixels: abstract SuperpixelImage, frame E, every ``config.period`` (20 Hz) or on demand; without clusters while
+      the egocan is empty or nothing in it can be stepped on.
+    """
+
+    def __init__(self, config: SuperpixelConfig | None = None, *, timings: StageTimings | None = None):
+        super().__init__()
+        self._config = config or SuperpixelConfig()
+        self._timings = timings or StageTimings()
+        self._can_port = self.DeclareAbstractInputPort("egocan", AbstractValue.Make(EgocanImage.empty()))
+        declare_periodic_output(
+            self, "superpixels", SuperpixelImage.empty(), self._segment, [self._can_port], self._config.period
+        )
+
+    def _segment(self, context) -> SuperpixelImage:
+        can = self._can_port.Eval(context)
+        with self._timings.measure("superpixels"):
+            return segment_superpixels(can, self._config)
