@@ -64,13 +64,30 @@ def make_intrinsics(config: DepthCameraConfig) -> CameraIntrinsics:
 
 
 def check_renderer() -> None:
-    """Raises UserInputError when this machine lacks what headless rendering needs."""
+    """Raises UserInputError when this machine lacks what headless rendering needs.
+
+    Without this check, VTK would print a warning and end the process at the first image.
+    """
     try:
-        ctypes.CDLL("libEGL.so.1")
+        egl = ctypes.CDLL("libEGL.so.1")
     except OSError:
         raise UserInputError(
             "cannot render depth images: libEGL.so.1 is missing; install the Debian package libegl1 (apt install libegl1)"
         ) from None
+    if _count_egl_devices(egl) == 0:
+        raise UserInputError(
+            "cannot render depth images: EGL has no driver; install the Debian package libegl-mesa0 (apt install libegl-mesa0)"
+        )
+
+
+def _count_egl_devices(egl: ctypes.CDLL) -> int:
+    egl.eglGetProcAddress.restype = ctypes.c_void_p
+    address = egl.eglGetProcAddress(b"eglQueryDevicesEXT")
+    if not address:
+        return 0
+    query = ctypes.CFUNCTYPE(ctypes.c_uint, ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(ctypes.c_int))(address)
+    count = ctypes.c_int(0)
+    return count.value if query(0, None, ctypes.byref(count)) else 0
 
 
 def add_depth_camera(

@@ -10,8 +10,8 @@ from quadpips_drake.perception.images import CameraIntrinsics
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.leg_shapes import CYLINDER, load_leg_shapes
 
-_NEAR = 0.01
-"""A shape that reaches closer to the camera's plane than this [m] may cover any pixel."""
+_NEAR = 0.05
+"""No camera measures a depth below this [m]."""
 
 
 @dataclass
@@ -57,62 +57,84 @@ def find_own_legs(
     p_CG = (p_BG - X_BC[:3, 3]) @ R_CB.T
     mask = np.zeros(depth.shape, dtype=np.bool_)
     pinhole = (intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy)
-    growth = config.margin_growth
-    for i in range(len(shapes.kind)):
-        # The shape is nowhere deeper than this, so neither are the points that could be taken for it.
-        deepest = p_CG[i, 2] + np.linalg.norm(shapes.half_size[i]) + shapes.rounding[i] + config.margin
-        extent = shapes.half_size[i] + shapes.rounding[i] + config.margin + growth * max(deepest, 0.0) ** 2
-        window = _covered_window(R_GC[i], p_CG[i], extent, pinhole, depth.shape)
-        shape = (shapes.kind[i], shapes.half_size[i], shapes.rounding[i])
-        _mark_window(depth, mask, window, pinhole, R_GC[i], p_CG[i], shape, config.margin, growth)
+    margins = (config.margin, config.margin_growth)
+    _mark_shapes(depth, mask, pinhole, R_GC, p_CG, shapes.kind, shapes.half_size, shapes.rounding, margins)
     return mask
 
 
 @njit(cache=True)
-def _covered_window(R_GC, p_CG, extent, pinhole, image_shape):
-    """Returns first and past-the-last row and column of the pixels behind which a box of half ``extent`` can lie."""
-    fx, fy, cx, cy = pinhole
-    height, width = image_shape
-    u_low, u_high, v_low, v_high = np.inf, -np.inf, np.inf, -np.inf
-    nearest, farthest = np.inf, -np.inf
-    for corner in range(8):
-        p_C = p_CG.copy()
-        for axis in range(3):
-            sign = 1.0 if (corner >> axis) & 1 else -1.0
-            p_C += sign * extent[axis] * R_GC[axis]
-        nearest, farthest = min(nearest, p_C[2]), max(farthest, p_C[2])
-        if p_C[2] > _NEAR:
-            u, v = fx * p_C[0] / p_C[2] + cx, fy * p_C[1] / p_C[2] + cy
-            u_low, u_high, v_low, v_high = min(u_low, u), max(u_high, u), min(v_low, v), max(v_high, v)
-    if farthest <= _NEAR:
-        return 0, 0, 0, 0
-    if nearest <= _NEAR:
-        return 0, height, 0, width
-    # Clamped as floats first: a shape near the camera's plane projects to very large numbers.
-    top = int(np.floor(min(max(v_low, 0.0), height)))
-    bottom = int(np.ceil(min(max(v_high + 1.0, 0.0), height)))
-    left = int(np.floor(min(max(u_low, 0.0), width)))
-    right = int(np.ceil(min(max(u_high + 1.0, 0.0), width)))
-    return top, bottom, left, right
+def _mark_shapes(depth, mask, pinhole, R_GC, p_CG, kind, half_size, rounding, margins):
+    """Sets ``mask`` where a pixel's point is within the margin of any shape."""
+    margin, growth = margins
+    for i in range(len(kind)):
+        radius = np.sqrt(np.sum(half_size[i] ** 2)) + rounding[i]
+        # Neither the shape nor the points that could be taken for it lie deeper than this.
+        deepest = max(p_CG[i, 2] + radius + margin, 0.0)
+        extent = half_size[i] + (rounding[i] + margin + growth * deepest * deepest)
+        window = _covered_window(R_GC[i], p_CG[i], extent, pinhole, depth.shape)
+        shape = (kind[i] == CYLINDER, half_size[i, 0], half_size[i, 1], half_size[i, 2], rounding[i], radius)
+        _mark_window(depth, mask, window, pinhole, R_GC[i], p_CG[i], shape, margins)
 
 
 @njit(cache=True)
-def _mark_window(depth, mask, window, pinhole, R_GC, p_CG, shape, margin, growth):
+def _covered_window(R_GC, p_CG, extent, pinhole, image_shape):
+    """Returns first and past-the-last row and column of the pixels behind which a box of half ``extent`` can lie.
+
+    The bounds are those of its corners and of the points where its edges cross the plane z = _NEAR, before which nothing is.
+    """
+    fx, fy, cx, cy = pinhole
+    height, width = image_shape
+    corners = np.empty((8, 3))
+    for c in range(8):
+        corners[c] = p_CG
+        for axis in range(3):
+            corners[c] += (extent[axis] if (c >> axis) & 1 else -extent[axis]) * R_GC[axis]
+    u_low, u_high, v_low, v_high = np.inf, -np.inf, np.inf, -np.inf
+    for c in range(8):
+        for axis in range(-1, 3):
+            a = corners[c]
+            x, y, z = a[0], a[1], a[2]
+            if axis >= 0:
+                b = corners[c ^ (1 << axis)]
+                if not (z < _NEAR < b[2]):
+                    continue
+                t = (_NEAR - z) / (b[2] - z)
+                x, y, z = x + t * (b[0] - x), y + t * (b[1] - y), _NEAR
+            elif z < _NEAR:
+                continue
+            u, v = fx * x / z + cx, fy * y / z + cy
+            u_low, u_high, v_low, v_high = min(u_low, u), max(u_high, u), min(v_low, v), max(v_high, v)
+    if u_low > u_high:
+        return 0, 0, 0, 0
+    # Clamped as floats first: close to the camera's plane these are very large numbers.
+    top, bottom = min(max(v_low, 0.0), height), min(max(v_high + 1.0, 0.0), height)
+    left, right = min(max(u_low, 0.0), width), min(max(u_high + 1.0, 0.0), width)
+    return int(top), int(np.ceil(bottom)), int(left), int(np.ceil(right))
+
+
+@njit(cache=True)
+def _mark_window(depth, mask, window, pinhole, R_GC, p_CG, shape, margins):
     """Sets ``mask`` for the pixels in ``window`` whose points are within the margin of one shape."""
     fx, fy, cx, cy = pinhole
-    kind, half, rounding = shape
+    is_cylinder, half_x, half_y, half_z, rounding, radius = shape
+    margin, growth = margins
     for v in range(window[0], window[1]):
+        slope_y = (v - cy) / fy
         for u in range(window[2], window[3]):
             z = np.float64(depth[v, u])
-            if mask[v, u] or not 0.0 < z < np.inf:
+            if not 0.0 < z < np.inf or mask[v, u]:
                 continue
-            x, y, z0 = z * (u - cx) / fx - p_CG[0], z * (v - cy) / fy - p_CG[1], z - p_CG[2]
-            gx = abs(R_GC[0, 0] * x + R_GC[0, 1] * y + R_GC[0, 2] * z0)
-            gy = abs(R_GC[1, 0] * x + R_GC[1, 1] * y + R_GC[1, 2] * z0)
-            gz = max(abs(R_GC[2, 0] * x + R_GC[2, 1] * y + R_GC[2, 2] * z0) - half[2], 0.0)
-            if kind == CYLINDER:
-                gx, gy = max(np.sqrt(gx * gx + gy * gy) - half[0], 0.0), 0.0
+            reach = margin + growth * z * z
+            # Most pixels of the window lie far behind the leg.
+            if abs(z - p_CG[2]) > radius + reach:
+                continue
+            x, y, z = z * (u - cx) / fx - p_CG[0], z * slope_y - p_CG[1], z - p_CG[2]
+            gx = abs(R_GC[0, 0] * x + R_GC[0, 1] * y + R_GC[0, 2] * z)
+            gy = abs(R_GC[1, 0] * x + R_GC[1, 1] * y + R_GC[1, 2] * z)
+            gz = max(abs(R_GC[2, 0] * x + R_GC[2, 1] * y + R_GC[2, 2] * z) - half_z, 0.0)
+            if is_cylinder:
+                gx, gy = max(np.sqrt(gx * gx + gy * gy) - half_x, 0.0), 0.0
             else:
-                gx, gy = max(gx - half[0], 0.0), max(gy - half[1], 0.0)
-            reach = rounding + margin + growth * z * z
+                gx, gy = max(gx - half_x, 0.0), max(gy - half_y, 0.0)
+            reach += rounding
             mask[v, u] = gx * gx + gy * gy + gz * gz <= reach * reach
