@@ -132,3 +132,15 @@ def foot_references(swings: tuple, feet: np.ndarray, times: np.ndarray) -> tuple
             for k in np.flatnonzero((times >= spline.start_time) & ~landed):
                 p[k, leg], v[k, leg], _ = spline.evaluate(times[k])
     return p, v
+
+
+def ground_normals(footholds: tuple, times: np.ndarray) -> np.ndarray:
+    """Unit normal of the ground under each foot in each interval of ``times``, or where it comes down next, (N, 4, 3).
+
+    A normal belongs to a foothold from its lift-off on; without a foothold the ground is taken as level.
+    """
+    normals = np.tile([0.0, 0.0, 1.0], (len(times) - 1, NUM_LEGS, 1))
+    middle = 0.5 * (times[:-1] + times[1:])
+    for target in footholds:  # in order of touch-down: later ones overwrite
+        normals[middle >= target.liftoff_time, target.leg] = target.normal
+    return normals

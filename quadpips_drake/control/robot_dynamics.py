@@ -46,7 +46,6 @@ class RobotDynamics:
         self._plant.Finalize()
         self._context = self._plant.CreateDefaultContext()
         self._world = self._plant.world_frame()
-        self._mass = robot.mass
         joints = [self._plant.get_joint(j) for j in self._plant.GetJointIndices(model)]
         starts = [j.velocity_start() for j in joints if j.num_velocities() == 1]
         if starts != list(range(6, NUM_VELOCITIES)) or self._plant.num_velocities() != NUM_VELOCITIES:
@@ -60,14 +59,6 @@ class RobotDynamics:
         positions = np.concatenate((quaternion, state.p_WB, state.joint_positions))
         self._plant.SetPositionsAndVelocities(self._context, np.concatenate((positions, velocity)))
         return velocity
-
-    def centroidal_state(self, state: RobotState) -> np.ndarray:
-        """The measured ``state`` as state of the centroidal model (see WholeBodyReference), (24,)."""
-        self._set_state(state)
-        p_WC = self._plant.CalcCenterOfMassPositionInWorld(self._context)
-        momentum = self._plant.CalcSpatialMomentumInWorldAboutPoint(self._context, p_WC)
-        momenta = np.concatenate((momentum.translational(), momentum.rotational())) / self._mass
-        return np.concatenate((momenta, state.p_WB, state.rpy_WB, state.joint_positions))
 
     def evaluate(self, state: RobotState) -> DynamicsTerms:
         """All terms at the measured ``state``."""

@@ -9,7 +9,7 @@ from quadpips_drake.control import whole_body_tasks as tasks
 from quadpips_drake.control.contact_logic import FootMode, FootTargets, foot_targets
 from quadpips_drake.control.mpc_policy import MpcPolicy, PolicySample
 from quadpips_drake.control.robot_dynamics import DynamicsTerms, RobotDynamics
-from quadpips_drake.control.whole_body_qp import DenseQp, QpSolution
+from quadpips_drake.control.whole_body_qp import QpSolution, make_whole_body_qp
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.legs import NUM_JOINTS, NUM_LEGS
 from quadpips_drake.robots.robot_state import RobotState
@@ -24,6 +24,8 @@ _MAX_JOINT_STEP = 0.3
 class WbcConfig:
     """Gains and weights of whole-body control. Weights multiply squared accelerations, so they compare one with another."""
 
+    solver: str = "proxqp_dense"
+    """Solver of the quadratic program: proxqp_dense (warm-started), or any of the registry (proxqp, osqp, clarabel, ...)."""
     friction: float = 0.6
     """Friction coefficient mu that the forces respect [1]."""
     max_force_ratio: float = 1.5
@@ -124,7 +126,7 @@ class WholeBodyControl:
         self._robot = robot
         self._config = config or WbcConfig()
         self._dynamics = RobotDynamics(robot)
-        self._qp = DenseQp(tasks.NUM_VARIABLES, 6, 5 * NUM_LEGS + NUM_JOINTS)
+        self._qp = make_whole_body_qp(self._config.solver, tasks.NUM_VARIABLES, 6, 5 * NUM_LEGS + NUM_JOINTS)
         self._efforts = np.asarray(robot.effort_limits, dtype=float)
 
     def compute(self, state: RobotState, policy: MpcPolicy, last: WholeBodyCommand) -> WholeBodyCommand:

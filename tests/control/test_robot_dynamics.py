@@ -36,15 +36,7 @@ def test_feet_agree_with_the_robot_model(name):
     assert terms.v_WF == pytest.approx(state.v_WB + np.cross(state.w_WB, arms) + legs_v @ state.R_WB.T)
 
 
-def test_the_centroidal_state_of_a_rigidly_moving_robot():
+def test_a_robot_at_rest_is_pulled_down_by_its_weight():
     robot = load_robot("go2")
-    state = replace(standing_state(robot), v_WB=np.array([0.3, -0.2, 0.1]))
-    dynamics = RobotDynamics(robot)
-    x = dynamics.centroidal_state(state)
-    assert x[:3] == pytest.approx(state.v_WB)
-    assert x[3:6] == pytest.approx(np.zeros(3), abs=1e-12)
-    assert x[6:9] == pytest.approx(state.p_WB)
-    assert x[12:] == pytest.approx(state.joint_positions)
-    # A robot at rest is pulled down by its weight and nothing else.
-    bias = dynamics.evaluate(standing_state(robot)).bias
+    bias = RobotDynamics(robot).evaluate(standing_state(robot)).bias
     assert bias[3:6] == pytest.approx([0.0, 0.0, 9.81 * robot.mass], rel=1e-3)

@@ -124,3 +124,14 @@ def test_rotation_error_is_the_rotation_vector_for_small_angles():
     R = wbc.rotation_matrix(np.array([0.1, -0.2, 0.7]))
     assert wbc.rotation_error(np.array([0.1, -0.2, 0.7]), R) == pytest.approx(np.zeros(3), abs=1e-12)
     assert wbc.rotation_error(np.array([0.0, 0.0, 0.3]), np.eye(3)) == pytest.approx([0.0, 0.0, 2.0 * np.sin(0.15)])
+
+
+@pytest.mark.parametrize("solver", ["proxqp", "clarabel"])
+def test_other_solvers_agree(solver):
+    robot = load_robot("anymal_c")
+    policy = _standing_policy(robot, ContactSchedule(np.zeros(0), np.array([[True, False, False, True]])))
+    state = replace(standing_state(robot), v_WB=np.array([0.2, 0.1, 0.0]))
+    dense = wbc.WholeBodyControl(robot).compute(state, policy, wbc.WholeBodyCommand.empty())
+    other = wbc.WholeBodyControl(robot, wbc.WbcConfig(solver=solver)).compute(state, policy, wbc.WholeBodyCommand.empty())
+    assert other.success
+    assert other.torque == pytest.approx(dense.torque, abs=0.05)
