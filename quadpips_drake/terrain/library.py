@@ -174,6 +174,7 @@ def _platform(name: str, x_from: float, x_to: float, width: float) -> Box:
 
 
 def _pit_floor(x_from: float, x_to: float, width: float, top: float) -> Box:
-    size = (x_to - x_from, width, PLATFORM_THICKNESS)
+    """The bottom of a pit, wider than the rest so that a camera does not look past it into the void."""
+    size = (x_to - x_from, width + 4.0, PLATFORM_THICKNESS)
     center = (0.5 * (x_from + x_to), 0, top - 0.5 * PLATFORM_THICKNESS)
     return Box(name="pit_floor", size=size, X_WE=pose(center), label=Steppability.NON_PASSABLE)

@@ -42,7 +42,7 @@ def add_terrain_to_plant(terrain: Terrain, plant: MultibodyPlant):
 
 def _visual_shape(element: Element):
     if isinstance(element, Mesh):
-        return MeshShape(_in_memory(element.vertices, element.triangles))
+        return MeshShape(in_memory_mesh(element.vertices, element.triangles))
     return _collision_shapes(element)[0]
 
 
@@ -52,7 +52,7 @@ def _collision_shapes(element: Element) -> list:
     if isinstance(element, Cylinder):
         return [CylinderShape(element.radius, element.length)]
     if _is_convex(element):
-        return [Convex(_in_memory(element.vertices, element.triangles))]
+        return [Convex(in_memory_mesh(element.vertices, element.triangles))]
     return [Convex(prism) for prism in _prisms(element)]
 
 
@@ -76,11 +76,17 @@ def _prisms(mesh: Mesh) -> list[InMemoryMesh]:
     prisms = []
     for corners in mesh.vertices[mesh.triangles]:
         if abs(np.cross(corners[1] - corners[0], corners[2] - corners[0]) @ down_E) > 1e-9:
-            prisms.append(_in_memory(np.concatenate((corners, corners + down_E)), faces))
+            prisms.append(in_memory_mesh(np.concatenate((corners, corners + down_E)), faces))
     return prisms
 
 
-def _in_memory(vertices: np.ndarray, triangles: np.ndarray) -> InMemoryMesh:
+def in_memory_mesh(vertices: np.ndarray, triangles: np.ndarray) -> InMemoryMesh:
+    """Returns triangles (m, 3) between vertices (n, 3) [m] as what Drake's Mesh and Convex take instead of a file."""
+    corners = vertices[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-15)
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
-    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles]
-    return InMemoryMesh(MemoryFile("\n".join(lines) + "\n", ".obj", "terrain_mesh.obj"))
+    # Drake's renderer insists on normals: one per triangle, which also keeps edges sharp.
+    lines += [f"vn {x:.6g} {y:.6g} {z:.6g}" for x, y, z in normals]
+    lines += [f"f {a}//{k} {b}//{k} {c}//{k}" for k, (a, b, c) in enumerate(np.asarray(triangles) + 1, start=1)]
+    return InMemoryMesh(mesh_file=MemoryFile("\n".join(lines) + "\n", ".obj", "triangles.obj"))
