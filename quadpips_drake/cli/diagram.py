@@ -1,5 +1,6 @@
 """``quadpips diagram``: the wiring as a picture."""
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -44,7 +45,9 @@ def diagram(
 
     built = builders[name](load_robot(robot), load_terrain(terrain))
     console.writable_directory(out.parent)
-    typer.echo(_draw(built.GetGraphvizString(max_depth=max_depth, options={"plant/geometry_query": "0"}), out))
+    # Split into its inputs and its outputs, the plant does not force the picture into a circle.
+    graph = built.GetGraphvizString(max_depth=max_depth, options={"plant/split": "I/O", "station/plant/split": "I/O"})
+    typer.echo(_draw(_with_short_names(graph), out))
 
 
 def _builders() -> dict:
@@ -59,15 +62,16 @@ def _station(robot, terrain):
 
 
 def _perception(robot, terrain):
-    from quadpips_drake.diagrams.perception_module import PerceptionConfig, make_perception_module
+    from quadpips_drake.diagrams.perception_module import make_perception_module
+    from quadpips_drake.perception.config import PerceptionConfig
 
     return make_perception_module(robot, _station(robot, terrain).camera_intrinsics, PerceptionConfig())
 
 
 def _tracking(robot, terrain):
-    from quadpips_drake.diagrams.tracking_controller import TrackingConfig, make_tracking_controller
+    from quadpips_drake.diagrams.tracking_module import make_tracking_module
 
-    return make_tracking_controller(robot, TrackingConfig())
+    return make_tracking_module(robot)
 
 
 def _quadpips(robot, terrain):
@@ -76,6 +80,11 @@ def _quadpips(robot, terrain):
 
     stages = resolve_trial_config(None, {"robot": robot.name}, []).stages
     return QuadpipsDiagram(robot, terrain, stages, seed=0)
+
+
+def _with_short_names(graph: str) -> str:
+    """Drops the modules from the names of classes: quadpips_drake.sensing.imu_system.Imu -> Imu."""
+    return re.sub(r"<B>(?:\w+\.)+(\w+)</B>", r"<B>\1</B>", graph)
 
 
 def _draw(graph: str, out: Path) -> str:
