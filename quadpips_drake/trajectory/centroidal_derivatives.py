@@ -34,8 +34,8 @@ from quadpips_drake.trajectory.small_algebra import (
 def base_twist_derivatives(tree, x, u, kinematics, rotation, rotation_angles):
     """Returns the base twist in B and its derivatives.
 
-    w (3,) angular velocity, s (3,) = velocity of the base origin relative to the centre of mass, negated, both in B; w_x, s_x
-    (3, 24) by the state, w_u, s_u (3, 12) by the joint rates; then mass, c (3,), dc/dq (3, 12).
+    w (3,) angular velocity, s (3,) velocity of the centre of mass relative to the base origin, both in B; w_x, s_x (3, 24)
+    by the state, w_u, s_u (3, 12) by the joint rates; then mass, c (3,), dc/dq (3, 12).
     """
     axes, origins, coms, inertias, _ = kinematics
     rates = u[JOINT_RATES:]

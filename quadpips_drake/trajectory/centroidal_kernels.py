@@ -94,7 +94,7 @@ def composite_terms(tree, axes, origins, coms, inertias):
 
 @njit(cache=True, inline="always")
 def _point_acceleration(axes, origins, rates, first, last, i, point):
-    """Derivative by q_i of the velocity that joints first..last (of rates v) give to ``point`` on the leg's link ``last``."""
+    """Motion of ``point`` on link ``last`` by q_i, and derivative by q_i of the velocity that joints first..last give it."""
     moved = cross(axes[i], subtract(point, origins[i]))
     total = (0.0, 0.0, 0.0)
     for j in range(first, last + 1):

@@ -38,9 +38,9 @@ class CentroidalModel:
         d (k/m) / dt = sum_l (p_l - c) x f_l / m
         d p_WB / dt  = v_WB(x, u),   d rpy / dt = T(rpy) w_B(x, u),   d q_j / dt = v_j
 
-    The base velocity follows from the momentum, (h = A_b nu_b + A_j v_j). State x (24): linear momentum / mass, angular
-    momentum about the centre of mass / mass (both in W), base position, roll-pitch-yaw, joints. Input u (24): foot forces in W
-    [N], joint velocities [rad/s]. Rotor inertia of the drives does not count as momentum, as in Drake.
+    The base velocity follows from the momentum, h = A_b nu_b + A_j v_j. State x (24): linear momentum / mass, angular
+    momentum about the centre of mass / mass (both in W), base position, roll-pitch-yaw, joints. Input u (24): foot forces
+    in W [N], joint velocities [rad/s]. Rotor inertia of the drives does not count as momentum, as in Drake.
     """
 
     def __init__(self, robot: RobotModel):
@@ -66,7 +66,7 @@ class CentroidalModel:
         return x[6:9] + self.robot.foot_positions_B(x[JOINTS:]) @ rotation.T
 
     def base_velocity(self, x, u) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the velocity of the base origin v_WB [m/s] and the base's angular velocity w_WB [rad/s], (3,), both in W."""
+        """Returns the base's linear velocity v_WB [m/s] (of its origin) and angular velocity w_WB [rad/s], (3,), both in W."""
         velocity, w = base_velocity_kernel(self.tree, _contiguous(x), _contiguous(u))
         rotation, _ = roll_pitch_yaw_rotation(np.asarray(x[9:12], float))
         return velocity, rotation @ w

@@ -1,0 +1,43 @@
+"""Tracking cost ||x - x_des||_Q^2 + ||u - u_des||_R^2 and its counterpart for swinging feet (QuadPiPS eq. 19)."""
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def add_tracking(x, u, x_ref, u_ref, state_weights, input_weights, weight, hessian, linear):
+    """Adds weight / 2 (|x - x_ref|_Q^2 + |u - u_ref|_R^2) with diagonal Q, R. Returns the cost."""
+    cost, n = 0.0, len(x)
+    for i in range(n):
+        error = x[i] - x_ref[i]
+        cost += 0.5 * state_weights[i] * error * error
+        linear[i] += weight * state_weights[i] * error
+        hessian[i, i] += weight * state_weights[i]
+    for i in range(len(u)):
+        error = u[i] - u_ref[i]
+        cost += 0.5 * input_weights[i] * error * error
+        linear[n + i] += weight * input_weights[i] * error
+        hessian[n + i, n + i] += weight * input_weights[i]
+    return weight * cost
+
+
+@njit(cache=True)
+def add_foot_tracking(p, v, p_ref, v_ref, p_x, v_x, v_u, position_weights, velocity_weights, weight, hessian, linear):
+    """Adds weight / 2 (|p - p_ref|^2 + |v - v_ref|^2) for one foot, Gauss-Newton with its Jacobians. Returns the cost."""
+    n = p_x.shape[1]
+    jacobian = np.zeros((6, 2 * n))
+    jacobian[:3, :n] = p_x
+    jacobian[3:, :n] = v_x
+    jacobian[3:, n:] = v_u
+    scaled = np.empty((6, 2 * n))
+    residual = np.empty(6)
+    cost = 0.0
+    for i in range(3):
+        residual[i] = weight * position_weights[i] * (p[i] - p_ref[i])
+        residual[3 + i] = weight * velocity_weights[i] * (v[i] - v_ref[i])
+        cost += 0.5 * residual[i] * (p[i] - p_ref[i]) + 0.5 * residual[3 + i] * (v[i] - v_ref[i])
+        scaled[i] = weight * position_weights[i] * jacobian[i]
+        scaled[3 + i] = weight * velocity_weights[i] * jacobian[3 + i]
+    hessian += jacobian.T @ scaled
+    linear += residual @ jacobian
+    return cost
