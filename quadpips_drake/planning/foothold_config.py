@@ -69,16 +69,16 @@ class FootholdConfig:
     step_weight: float = 0.02
     """Cost of one foot's swing of the preferred length [m]."""
     stance_weight: float = 4.0
-    """Cost of a foot away from its nominal place under the base, beyond ``stance_slack``, squared [1/m]."""
+    """Cost of a foot away from its nominal place under the base, squared [1/m]."""
     stance_slack: float = 0.08
-    """Deviation from the nominal place that a stance in mid-walk has anyway [m]."""
+    """Deviation forward or backward that costs nothing, because a stance in mid-walk has it anyway [m]."""
     twist_weight: float = 4.0
     """Cost of the two diagonals' mean heights differing, squared [1/m]."""
     rise_weight: float = 0.2
     """Cost of a foot's height difference between lift-off and touch-down [-]."""
     final_stance_weight: float = 5.0
     """Cost of the last stance's feet away from their nominal places, squared [1/m]."""
-    heuristic_inflation: float = 1.2
+    heuristic_inflation: float = 2.0
     """Factor on the cost-to-go: above 1 the search is greedier, and its cost within that factor of the best."""
 
     max_expansions: int = 300

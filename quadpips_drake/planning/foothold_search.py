@@ -165,9 +165,9 @@ class _Search:
         """A plan ends at the waypoint, or, if that is further than its steps lead, somewhere nearer to it."""
         if node.depth == 0:
             return False
-        if self._is_at_waypoint(node):
-            return True
-        return node.depth == self._config.max_steps and self._progress(node) >= self._config.min_progress
+        if self._progress(node) < min(self._config.min_progress, 0.5 * self.nodes[0].to_go):
+            return False
+        return self._is_at_waypoint(node) or node.depth == self._config.max_steps
 
     def _progress(self, node: _Node) -> float:
         return self.nodes[0].to_go - node.to_go
@@ -197,7 +197,9 @@ class _Search:
             return f"the steps lead no nearer than {min(node.to_go for node in self.nodes):.2f} m to the waypoint"
         worst = int(np.argmax(result.refused))
         share = 100.0 * result.refused[worst] / result.combinations
-        return f"no stance leads nearer to the waypoint ({share:.0f} % of {result.combinations} refused: {REJECTIONS[worst]})"
+        return (
+            f"no stance leads nearer to the waypoint ({share:.0f} % of {result.combinations} refused: {REJECTIONS[worst]})"
+        )
 
 
 def _local_path(p_WB, yaw: float, torso_path: TorsoPath, radius: float) -> np.ndarray:
@@ -212,9 +214,9 @@ def _local_path(p_WB, yaw: float, torso_path: TorsoPath, radius: float) -> np.nd
 
 
 def _waypoint_counts(count: int, retries: int) -> list[int]:
-    """Returns how many poses of the path to follow, in the order of the attempts: all, then fewer."""
-    lengths = np.linspace(count, 2, retries + 1).round().astype(int)
-    return sorted({max(int(k), min(2, count)) for k in lengths}, reverse=True)
+    """Returns how many poses of the path to follow, in the order of the attempts: all, then fewer, down to a quarter."""
+    fewest = min(count, max(2, count // 4))
+    return sorted({int(k) for k in np.linspace(count, fewest, retries + 1)}, reverse=True)
 
 
 def _make_plan(search: _Search, result: _Result, usable, gait: SwingGait, **fields) -> FootholdPlan:
@@ -270,6 +272,7 @@ def search_footholds(state: RobotState, regions, torso_path: TorsoPath, robot, c
         result = search.run(*start)
         expansions += result.expansions
         time_limit_hit |= result.time_limit_hit
+        result.complete &= count == len(full_path)
         if result.node >= 0 and not result.reason:
             break
         reasons.append(result.reason)

@@ -16,10 +16,11 @@ def base_pose_above(feet, height, max_tilt):
     """
     center = np.zeros(3)
     for leg in range(4):
-        center += 0.25 * feet[leg]
+        for i in range(3):
+            center[i] += 0.25 * feet[leg, i]
     xx = xy = yy = xz = yz = 0.0
     for leg in range(4):
-        dx, dy, dz = feet[leg] - center
+        dx, dy, dz = feet[leg, 0] - center[0], feet[leg, 1] - center[1], feet[leg, 2] - center[2]
         xx += dx * dx
         xy += dx * dy
         yy += dy * dy
@@ -33,16 +34,18 @@ def base_pose_above(feet, height, max_tilt):
 
     lowest = 0.0
     for leg in range(4):
-        dx, dy, dz = feet[leg] - center
+        dx, dy, dz = feet[leg, 0] - center[0], feet[leg, 1] - center[1], feet[leg, 2] - center[2]
         lowest = min(lowest, dz - slope_x * dx - slope_y * dy)
 
-    forward = feet[0] + feet[1] - feet[2] - feet[3]
-    yaw = np.arctan2(forward[1], forward[0])
+    forward_x = feet[0, 0] + feet[1, 0] - feet[2, 0] - feet[3, 0]
+    forward_y = feet[0, 1] + feet[1, 1] - feet[2, 1] - feet[3, 1]
+    yaw = np.arctan2(forward_y, forward_x)
     ahead = slope_x * np.cos(yaw) + slope_y * np.sin(yaw)
     left = -slope_x * np.sin(yaw) + slope_y * np.cos(yaw)
     roll = np.arcsin(left / np.sqrt(1.0 + ahead * ahead + left * left))
     pitch = -np.arctan(ahead)
-    rpy = np.array([min(max(roll, -max_tilt), max_tilt), min(max(pitch, -max_tilt), max_tilt), yaw])
+    rpy = np.empty(3)
+    rpy[0], rpy[1], rpy[2] = min(max(roll, -max_tilt), max_tilt), min(max(pitch, -max_tilt), max_tilt), yaw
     center[2] += height + lowest
     return center, rpy
 
@@ -54,9 +57,9 @@ def rotation_from_rpy(rpy):
     cp, sp = np.cos(rpy[1]), np.sin(rpy[1])
     cy, sy = np.cos(rpy[2]), np.sin(rpy[2])
     R = np.empty((3, 3))
-    R[0] = (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr)
-    R[1] = (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr)
-    R[2] = (-sp, cp * sr, cp * cr)
+    R[0, 0], R[0, 1], R[0, 2] = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
+    R[1, 0], R[1, 1], R[1, 2] = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
+    R[2, 0], R[2, 1], R[2, 2] = -sp, cp * sr, cp * cr
     return R
 
 
@@ -67,13 +70,14 @@ def wrap_angle(angle):
 
 
 @njit(cache=True)
-def to_frame(R, origin, p):
-    """Returns R^T (p - origin): the point ``p`` (3,) in the frame with axes ``R`` (3, 3) at ``origin`` (3,)."""
-    d = p - origin
-    return np.array(
-        [
-            R[0, 0] * d[0] + R[1, 0] * d[1] + R[2, 0] * d[2],
-            R[0, 1] * d[0] + R[1, 1] * d[1] + R[2, 1] * d[2],
-            R[0, 2] * d[0] + R[1, 2] * d[1] + R[2, 2] * d[2],
-        ]
+def to_frame(R, origin, x, y, z):
+    """Returns the coordinates of the point (x, y, z) in the frame with axes ``R`` (3, 3) at ``origin`` (3,).
+
+    Scalars instead of small arrays: the searches call this so often that allocating would dominate.
+    """
+    x, y, z = x - origin[0], y - origin[1], z - origin[2]
+    return (
+        R[0, 0] * x + R[1, 0] * y + R[2, 0] * z,
+        R[0, 1] * x + R[1, 1] * y + R[2, 1] * z,
+        R[0, 2] * x + R[1, 2] * y + R[2, 2] * z,
     )

@@ -74,23 +74,28 @@ def nearest_in_polygon(u, v, polygon, count):
 
 @njit(cache=True)
 def foothold_near(table, k, x, y, inward):
-    """Returns the foothold (3,) of region ``k`` in W nearest to the point of its plane above or below (x, y).
+    """Returns the foothold (x, y, z) of region ``k`` in W nearest to the point of its plane above or below (x, y).
 
-    A point that had to be moved onto the inset's border goes on by up to ``inward`` [m] towards the origin of the region (at
-    most half the way), away from the edge.
+    A point that had to be moved onto the inset's border goes on by as much, up to ``inward`` [m], towards the origin of the
+    region (at most half the way), away from the edge.
     """
     origin, R = table.origins[k], table.rotations[k]
     dx, dy = x - origin[0], y - origin[1]
     dz = -(R[0, 2] * dx + R[1, 2] * dy) / R[2, 2]
     u = R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz
     v = R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz
+    wanted_u, wanted_v = u, v
     u, v, inside = nearest_in_polygon(u, v, table.insets[k], table.counts[k])
     if not inside:
         reach = np.hypot(u, v)
         if reach > 1e-9:
-            scale = 1.0 - min(inward / reach, 0.5)
+            scale = 1.0 - min(min(inward, np.hypot(wanted_u - u, wanted_v - v)) / reach, 0.5)
             u, v = u * scale, v * scale
-    return origin + R[:, 0] * u + R[:, 1] * v
+    return (
+        origin[0] + R[0, 0] * u + R[0, 1] * v,
+        origin[1] + R[1, 0] * u + R[1, 1] * v,
+        origin[2] + R[2, 0] * u + R[2, 1] * v,
+    )
 
 
 def in_convex_polygon(point, polygon, tolerance=0.0) -> bool:

@@ -18,6 +18,7 @@ from quadpips_drake.robots.reachability import LegChains, in_leg_workspace, insi
 REJECTIONS = ("too close together", "stance stability", "facing backward", "out of a leg's workspace")
 """Why a combination of footholds is refused, in the order of the tests."""
 
+_SAME = 0.02  # candidates nearer to each other than this [m] are one
 # Where the swinging legs aim: fractions of the preferred stride, and of the turn that the torso path asks for.
 _AIMS = np.array([[0.0, 0.0], [0.0, 1.0], [0.5, 1.0], [1.0, 1.0], [1.5, 1.0]])
 
@@ -61,8 +62,10 @@ def make_transition_model(robot, config: FootholdConfig) -> TransitionModel:
     copied = {name: getattr(config, name) for name in TransitionModel._fields if hasattr(config, name)}
     copied["reach_semi_axes"] = np.array(config.reach_semi_axes, dtype=float)
     copied["reach_exponents"] = np.array(config.reach_exponents, dtype=float)
-    copied = {name: float(value) if isinstance(value, int) and name != "candidates_per_leg" else value
-              for name, value in copied.items()}  # numba compiles once for each combination of types
+    copied = {
+        name: float(value) if isinstance(value, int) and name != "candidates_per_leg" else value
+        for name, value in copied.items()
+    }  # numba compiles once for each combination of types
     return TransitionModel(
         chains=leg_chains(robot),
         foot_radius=float(robot.foot_radius),
@@ -183,25 +186,31 @@ def leg_candidates(leg, foot, normal, region, aims, p_WB, R_WB, table, model):
         center = table.origins[k]
         if np.hypot(center[0] - foot[0], center[1] - foot[1]) > table.radii[k] + model.max_swing:
             continue
-        up = table.rotations[k][:, 2].copy()
+        up_x, up_y, up_z = table.rotations[k, 0, 2], table.rotations[k, 1, 2], table.rotations[k, 2, 2]
         for a in range(m):
             if model.use_centers:
-                point = center.copy()
+                x, y, z = center[0], center[1], center[2]
             else:
-                point = foothold_near(table, k, wanted[a, 0], wanted[a, 1], model.inward_pull)
-            score = np.hypot(wanted[a, 0] - point[0], wanted[a, 1] - point[1])
+                x, y, z = foothold_near(table, k, wanted[a, 0], wanted[a, 1], model.inward_pull)
+            score = np.hypot(wanted[a, 0] - x, wanted[a, 1] - y)
+            swing = np.sqrt((x - foot[0]) ** 2 + (y - foot[1]) ** 2 + (z - foot[2]) ** 2)
+            if swing > model.max_swing or abs(z - foot[2]) > model.max_rise:
+                continue
             known = False
             for i in range(count):
-                if np.sum((points[i] - point) ** 2) < 4e-4:  # the same to within 2 cm
+                if abs(points[i, 0] - x) + abs(points[i, 1] - y) + abs(points[i, 2] - z) < _SAME:
                     scores[i] = min(scores[i], score)
                     known = True
                     break
-            if known or np.sum((point - foot) ** 2) > model.max_swing**2 or abs(point[2] - foot[2]) > model.max_rise:
+            if known:
                 continue
-            p_BF = to_frame(R_WB, p_WB, point + model.foot_radius * up)
-            if not inside_superquadric(p_BF, model.reach_centers[leg], model.reach_semi_axes, model.reach_exponents):
+            r = model.foot_radius
+            bx, by, bz = to_frame(R_WB, p_WB, x + r * up_x, y + r * up_y, z + r * up_z)
+            if not inside_superquadric(bx, by, bz, model.reach_centers[leg], model.reach_semi_axes, model.reach_exponents):
                 continue
-            points[count], normals[count], indices[count], scores[count] = point, up, k, score
+            points[count, 0], points[count, 1], points[count, 2] = x, y, z
+            normals[count, 0], normals[count, 1], normals[count, 2] = up_x, up_y, up_z
+            indices[count], scores[count] = k, score
             count += 1
     order = np.argsort(scores[:count], kind="mergesort")[: model.candidates_per_leg]
     return points[order], normals[order], indices[order]
@@ -209,30 +218,41 @@ def leg_candidates(leg, foot, normal, region, aims, p_WB, R_WB, table, model):
 
 @njit(cache=True)
 def stance_deviation(feet, p_WB, yaw, nominal, slack):
-    """Returns the sum over the legs of max(0, distance of the foot from its nominal place - slack)^2 [m^2]."""
+    """Returns the sum over the legs of the squared distance between a foot and its nominal place under the base [m^2].
+
+    Forward and backward the first ``slack`` [m] are free: in mid-walk one pair of feet is always ahead of the other.
+    """
     c, s = np.cos(yaw), np.sin(yaw)
     total = 0.0
     for leg in range(4):
         dx, dy = feet[leg, 0] - p_WB[0], feet[leg, 1] - p_WB[1]
-        off = np.hypot(c * dx + s * dy - nominal[leg, 0], -s * dx + c * dy - nominal[leg, 1])
-        total += max(0.0, off - slack) ** 2
+        ahead = max(0.0, abs(c * dx + s * dy - nominal[leg, 0]) - slack)
+        aside = -s * dx + c * dy - nominal[leg, 1]
+        total += ahead * ahead + aside * aside
     return total
+
+
+@njit(cache=True)
+def _distance(a, i, b, j):
+    """Distance between row i of ``a`` and row j of ``b``, both (n, 3)."""
+    return np.sqrt((a[i, 0] - b[j, 0]) ** 2 + (a[i, 1] - b[j, 1]) ** 2 + (a[i, 2] - b[j, 2]) ** 2)
 
 
 @njit(cache=True)
 def _is_stable(feet, p_WB, R_WB, model):
     """Stance stability, eqs. 16-17: widths and lengths of the stance in the base frame, against the nominal ones."""
-    local = np.empty((4, 3))
-    for leg in range(4):
-        local[leg] = to_frame(R_WB, p_WB, feet[leg])
     nominal = model.nominal
-    for left, right in ((0, 1), (2, 3)):
-        width = local[left, 1] - local[right, 1]
-        if abs(width - (nominal[left, 1] - nominal[right, 1])) >= model.width_tolerance:
+    x = np.empty(4)
+    y = np.empty(4)
+    for leg in range(4):
+        x[leg], y[leg], _ = to_frame(R_WB, p_WB, feet[leg, 0], feet[leg, 1], feet[leg, 2])
+    for left in (0, 2):
+        width, ideal = y[left] - y[left + 1], nominal[left, 1] - nominal[left + 1, 1]
+        if abs(width - ideal) >= model.width_tolerance:
             return False
-    for fore, hind in ((0, 2), (1, 3)):
-        length = local[fore, 0] - local[hind, 0]
-        if abs(length - (nominal[fore, 0] - nominal[hind, 0])) >= model.length_tolerance:
+    for fore in (0, 1):
+        length, ideal = x[fore] - x[fore + 2], nominal[fore, 0] - nominal[fore + 2, 0]
+        if abs(length - ideal) >= model.length_tolerance:
             return False
     return True
 
@@ -246,7 +266,7 @@ def refusal(feet, normals, p_WB, rpy_WB, facing, waypoint_yaw, model):
     """
     for i in range(4):
         for j in range(i):
-            if np.sum((feet[i] - feet[j]) ** 2) < model.min_separation**2:
+            if _distance(feet, i, feet, j) < model.min_separation:
                 return 0
     R_WB = rotation_from_rpy(rpy_WB)
     if not _is_stable(feet, p_WB, R_WB, model):
@@ -254,9 +274,16 @@ def refusal(feet, normals, p_WB, rpy_WB, facing, waypoint_yaw, model):
     cosine = np.cos(rpy_WB[2] - waypoint_yaw)
     if cosine <= 0.0 and cosine < facing - 1e-9:
         return 2
+    r = model.foot_radius
     for leg in range(4):
-        p_BF = to_frame(R_WB, p_WB, feet[leg] + model.foot_radius * normals[leg])
-        if not in_leg_workspace(leg, p_BF, model.chains, model.max_extension):
+        x, y, z = to_frame(
+            R_WB,
+            p_WB,
+            feet[leg, 0] + r * normals[leg, 0],
+            feet[leg, 1] + r * normals[leg, 1],
+            feet[leg, 2] + r * normals[leg, 2],
+        )
+        if not in_leg_workspace(leg, x, y, z, model.chains, model.max_extension):
             return 3
     return -1
 
@@ -264,10 +291,11 @@ def refusal(feet, normals, p_WB, rpy_WB, facing, waypoint_yaw, model):
 @njit(cache=True)
 def edge_cost(feet, new_feet, swinging, p_WB, rpy_WB, new_p_WB, new_rpy_WB, model):
     """Returns the cost of a transition [m]: the way of the base and its turning, swings, stretched and twisted stances."""
-    cost = np.sqrt(np.sum((new_p_WB - p_WB) ** 2)) + model.yaw_weight * abs(wrap_angle(new_rpy_WB[2] - rpy_WB[2]))
+    dx, dy, dz = new_p_WB[0] - p_WB[0], new_p_WB[1] - p_WB[1], new_p_WB[2] - p_WB[2]
+    cost = np.sqrt(dx * dx + dy * dy + dz * dz) + model.yaw_weight * abs(wrap_angle(new_rpy_WB[2] - rpy_WB[2]))
     for leg in range(4):
         if swinging[leg]:
-            swing = np.sqrt(np.sum((new_feet[leg] - feet[leg]) ** 2))
+            swing = _distance(new_feet, leg, feet, leg)
             cost += 0.5 * model.step_weight * (1.0 + (swing / model.preferred_swing) ** 2)
             cost += model.rise_weight * abs(new_feet[leg, 2] - feet[leg, 2])
     cost += model.stance_weight * stance_deviation(new_feet, new_p_WB, new_rpy_WB[2], model.nominal, model.stance_slack)

@@ -53,3 +53,23 @@ def make_support_map(regions, resolution: float = 0.04, border: float = 0.6) -> 
     y = origin[1] + resolution * nearest[0] - centers[..., 1]
     height = centers[..., 2] - (normals[..., 0] * x + normals[..., 1] * y) / normals[..., 2]
     return SupportMap(origin, resolution, distance * resolution, height)
+
+
+def ground_penalty(support: SupportMap, poses: np.ndarray, ground: np.ndarray, robot, config) -> np.ndarray:
+    """Returns the extra cost per metre of poses of the base over poor ground, (...); inf where a leg finds none.
+
+    It is ``support_weight`` times the mean distance of the nominal footholds from steppable ground, over ``leg_radius``.
+
+    Args:
+        poses: x, y, yaw of the base in W, (..., 3).
+        ground: height of the ground under the base [m], (...).
+        config: TorsoConfig.
+    """
+    nominal = np.asarray(robot.nominal_footholds_B)[:, :2]
+    c, s = np.cos(poses[..., 2, None]), np.sin(poses[..., 2, None])
+    x = poses[..., 0, None] + c * nominal[:, 0] - s * nominal[:, 1]
+    y = poses[..., 1, None] + s * nominal[:, 0] + c * nominal[:, 1]
+    distance, height = support.look_up(np.stack([x, y], axis=-1))
+    within = (distance <= config.leg_radius) & (np.abs(height - ground[..., None]) <= config.max_height_difference)
+    miss = np.where(within, distance, np.inf)
+    return config.support_weight * miss.mean(axis=-1) / config.leg_radius

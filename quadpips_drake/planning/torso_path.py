@@ -3,6 +3,7 @@
 import numpy as np
 
 from quadpips_drake.planning.nominal_pose import wrap_angle
+from quadpips_drake.planning.support_map import ground_penalty
 
 _FACING = np.pi / 4
 """A pose faces along the path unless the search chose a yaw further off than this [rad]."""
@@ -30,26 +31,37 @@ def join_path(p_WB, yaw, positions, yaws, chain, end, support, robot, config) ->
     return _turn(points, _face_along(points, chosen), yaw, config)
 
 
-def _shortcut(points, chosen, support, robot, config) -> list[int]:
-    """Returns the indices of the nodes to keep: from each the furthest one to which a straight walk has ground for all legs."""
-    from quadpips_drake.planning.torso_search import leg_support
+def _walk_cost(points, yaws, support, robot, config) -> float:
+    """Returns length plus penalty for poor ground of walking straight through ``points`` (n, 3); inf where a leg has none.
 
+    ``yaws`` (n - 1,) are those on the way to each point.
+    """
+    cost = 0.0
+    for start, end, yaw in zip(points[:-1], points[1:], yaws, strict=True):
+        length = float(np.linalg.norm(end - start))
+        samples = start + np.linspace(0.0, 1.0, max(int(length / 0.08), 1) + 1)[1:, None] * (end - start)
+        poses = np.column_stack([samples[:, :2], np.full(len(samples), yaw)])
+        penalty = ground_penalty(support, poses, samples[:, 2] - robot.nominal_base_height, robot, config)
+        cost += length * (1.0 + float(penalty.mean()))
+    return cost
+
+
+def _shortcut(points, chosen, support, robot, config) -> list[int]:
+    """Returns the indices of the nodes to keep: from each the furthest one to which the straight way is no worse."""
     kept = [0]
     while kept[-1] < len(points) - 1:
         i = kept[-1]
         target = i + 1
         for j in range(len(points) - 1, i + 1, -1):
             way = points[j] - points[i]
-            length = np.hypot(way[0], way[1])
             direction = np.arctan2(way[1], way[0])
             if np.abs(wrap_angle(chosen[i + 1 : j + 1] - direction)).max() > _FACING:
                 continue  # the search wanted to walk sideways or to turn: leave that part as it is
-            samples = points[i] + np.linspace(0.0, 1.0, max(int(length / 0.08), 1) + 1)[1:, None] * way
-            poses = np.column_stack([samples[:, :2], np.full(len(samples), direction)])
-            ground = samples[:, 2] - robot.nominal_base_height
-            miss = leg_support(support, poses, ground, robot, config)
-            clear = length <= config.start_radius if i == 0 and not np.isfinite(miss).all() else False
-            if clear or (miss <= config.leg_radius).all():
+            straight = _walk_cost(points[[i, j]], [direction], support, robot, config)
+            if (
+                np.isfinite(straight)
+                and straight <= _walk_cost(points[i : j + 1], chosen[i + 1 : j + 1], support, robot, config) + 1e-6
+            ):
                 target = j
                 break
         kept.append(target)

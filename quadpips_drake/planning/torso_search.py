@@ -10,7 +10,7 @@ from quadpips_drake.perception.regions import RegionSet
 from quadpips_drake.planning.nominal_pose import wrap_angle
 from quadpips_drake.planning.plans import TorsoPath
 from quadpips_drake.planning.region_table import in_convex_polygon, may_carry_a_foot
-from quadpips_drake.planning.support_map import SupportMap, make_support_map
+from quadpips_drake.planning.support_map import SupportMap, ground_penalty, make_support_map
 from quadpips_drake.planning.torso_astar import search_lattice
 from quadpips_drake.planning.torso_path import join_path
 
@@ -25,21 +25,23 @@ class TorsoConfig:
     """A region larger than this carries several nodes, in a grid of this spacing [m]."""
     yaw_count: int = 16
     """Number of yaws on the full circle; one of them points at the goal."""
-    max_edge_length: float = 0.45
+    max_edge_length: float = 0.36
     """Longest edge of the graph [m]."""
+    max_bridge_length: float = 0.70
+    """Two points of the ground at most this far apart, with none in the middle, give a node above the gap [m]."""
     max_edge_yaw: float = 0.80
     """Largest change of yaw along an edge [rad] (pi / 4 in the release)."""
     start_radius: float = 1.0
     """The robot's pose is joined to the nodes within this distance [m]; a camera in front does not see what it stands on."""
     yaw_weight: float = 0.4
     """Cost of turning [m/rad] (1 in the paper)."""
-    heading_weight: float = 0.5
+    heading_weight: float = 2.0
     """Extra cost of moving sideways or backward, per metre: up to this much."""
     leg_radius: float = 0.22
     """A pose is left out unless each leg has steppable ground within this distance of its nominal foothold [m]."""
     max_height_difference: float = 0.30
     """... at a height that differs by no more than this from the ground under the base [m]."""
-    support_weight: float = 0.5
+    support_weight: float = 3.0
     """Extra cost of poses whose nominal footholds miss the ground, per metre, when the mean miss is ``leg_radius``."""
     max_slope: float = 0.60
     """Steepest region that counts as ground [rad]."""
@@ -90,19 +92,16 @@ def _region_points(region, spacing: float) -> np.ndarray:
     return np.vstack([region.center, region.center + grid @ region.X_WR[:3, :2].T])
 
 
-def leg_support(support: SupportMap, poses: np.ndarray, ground: np.ndarray, robot, config: TorsoConfig) -> np.ndarray:
-    """Returns how far the ground is from each leg's nominal foothold [m], (..., 4); inf where it is too high or too low.
+def _points_between(points: np.ndarray, support: SupportMap, config: TorsoConfig) -> np.ndarray:
+    """Returns the middles of neighbouring ``points`` (n, 3) that have no ground themselves, (k, 3).
 
-    Args:
-        poses: x, y, yaw of the base, (..., 3).
-        ground: height of the ground under the base [m], (...).
+    Over stepping stones the feet often find better ground with the base above a gap than above a stone.
     """
-    nominal = np.asarray(robot.nominal_footholds_B)[:, :2]
-    c, s = np.cos(poses[..., 2, None]), np.sin(poses[..., 2, None])
-    x = poses[..., 0, None] + c * nominal[:, 0] - s * nominal[:, 1]
-    y = poses[..., 1, None] + s * nominal[:, 0] + c * nominal[:, 1]
-    distance, height = support.look_up(np.stack([x, y], axis=-1))
-    return np.where(np.abs(height - ground[..., None]) <= config.max_height_difference, distance, np.inf)
+    pairs = cKDTree(points).query_pairs(config.max_bridge_length, output_type="ndarray")
+    middles = 0.5 * (points[pairs[:, 0]] + points[pairs[:, 1]])
+    middles = middles[support.look_up(middles[:, :2])[0] > 1.5 * support.resolution]
+    _, first = np.unique(np.round(middles / 0.1).astype(np.int64), axis=0, return_index=True)
+    return middles[np.sort(first)]
 
 
 def _make_lattice(p_WB, yaw_to_goal, regions, goal_xy, support, robot, config: TorsoConfig) -> tuple[_Lattice, bool]:
@@ -114,6 +113,11 @@ def _make_lattice(p_WB, yaw_to_goal, regions, goal_xy, support, robot, config: T
         points.append(on_region)
         normals.append(np.tile(region.normal, (len(on_region), 1)))
     ground_points, normals = np.concatenate(points), np.concatenate(normals)
+    between = _points_between(ground_points, support, config)
+    ground_points, normals = (
+        np.vstack([ground_points, between]),
+        np.vstack([normals, np.tile([0.0, 0.0, 1.0], (len(between), 1))]),
+    )
     positions = ground_points + height * normals
     ground = positions[:, 2] - height
     goal_distance, goal_height = support.look_up(np.asarray(goal_xy, dtype=float))
@@ -126,10 +130,7 @@ def _make_lattice(p_WB, yaw_to_goal, regions, goal_xy, support, robot, config: T
     yaws = wrap_angle(yaw_to_goal + 2.0 * np.pi * np.arange(config.yaw_count) / config.yaw_count)
     poses = np.empty((len(positions), len(yaws), 3))
     poses[..., :2], poses[..., 2] = positions[:, None, :2], yaws
-    miss = leg_support(support, poses, np.repeat(ground[:, None], len(yaws), axis=1), robot, config)
-    penalty = np.where(
-        (miss <= config.leg_radius).all(axis=-1), config.support_weight * miss.mean(axis=-1) / config.leg_radius, np.inf
-    )
+    penalty = ground_penalty(support, poses, np.repeat(ground[:, None], len(yaws), axis=1), robot, config)
     penalty[0] = 0.0  # the robot stands there, whatever it has seen of the ground
     return _Lattice(positions, ground, yaws, penalty), has_goal
 
@@ -191,7 +192,9 @@ def search_torso_path(
         return fail(f"nowhere do all four legs have ground within {config.leg_radius:g} m of their nominal footholds")
     goal_node = int(np.argmin(np.where(possible, goal_distance, np.inf)))
     chain, reached = _search(lattice, offsets, neighbours, yaw, goal_node, yaw_to_goal, goal_distance, config)
-    if not chain or (goal_distance[reached] > goal_distance[0] - config.min_progress and goal_distance[0] > config.goal_snap):
+    if not chain or (
+        goal_distance[reached] > goal_distance[0] - config.min_progress and goal_distance[0] > config.goal_snap
+    ):
         return fail(_blocked(lattice, goal_node, goal_distance))
     end = goal_xy if has_goal and reached == len(lattice.positions) - 1 else None
     poses = join_path(p_WB, float(yaw), lattice.positions, lattice.yaws, chain, end, support, robot, config)
@@ -211,11 +214,9 @@ def _search(lattice, offsets, neighbours, yaw, goal_node, yaw_to_goal, goal_dist
         goal_yaw_weight, config.yaw_weight, config.max_edge_yaw, config.heading_weight, config.max_expansions,
     )  # fmt: skip
     if found < 0:
-        visited = closed.reshape(lattice.penalty.shape).any(axis=1)
-        nearest = int(np.argmin(np.where(visited, goal_distance, np.inf)))
         yaw_errors = np.abs(wrap_angle(lattice.yaws - yaw_to_goal))
-        best_yaw = int(np.argmin(np.where(closed.reshape(lattice.penalty.shape)[nearest], yaw_errors, np.inf)))
-        found = nearest * len(lattice.yaws) + best_yaw
+        lacking = goal_distance[:, None] + config.yaw_weight * yaw_errors
+        found = int(np.argmin(np.where(closed, lacking.ravel(), np.inf)))
     chain = []
     while found >= 0:
         chain.append(divmod(int(found), len(lattice.yaws)))

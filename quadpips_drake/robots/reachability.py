@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from quadpips_drake.robots.leg_inverse_kinematics import solve_leg
 from quadpips_drake.robots.legs import JOINTS_PER_LEG, NUM_LEGS
 
-_LIMIT_TOLERANCE = 1e-6
+_TURN = 2.0 * np.pi
 
 
 class LegChains(NamedTuple):
@@ -40,29 +39,50 @@ def leg_chains(robot) -> LegChains:
 
 
 @njit(cache=True)
-def inside_superquadric(p, center, semi_axes, exponents):
-    """Whether the point ``p`` (3,) lies in the superquadric of eq. 15: sum_i |(p_i - center_i) / a_i|^e_i <= 1."""
-    value = 0.0
-    for i in range(3):
-        value += abs((p[i] - center[i]) / semi_axes[i]) ** exponents[i]
+def inside_superquadric(x, y, z, center, semi_axes, exponents):
+    """Whether the point (x, y, z) lies in the superquadric of eq. 15: sum_i |(p_i - center_i) / a_i|^e_i <= 1."""
+    value = abs((x - center[0]) / semi_axes[0]) ** exponents[0]
+    value += abs((y - center[1]) / semi_axes[1]) ** exponents[1]
+    value += abs((z - center[2]) / semi_axes[2]) ** exponents[2]
     return value <= 1.0
 
 
 @njit(cache=True)
-def in_leg_workspace(leg, p_BF, chains, max_extension):
-    """Whether leg ``leg`` reaches the foot centre ``p_BF`` (3,) within its joint limits, on its nominal knee branch.
+def _within(angle, lower, upper):
+    """Whether ``angle``, or the same angle a full turn away, lies in [lower, upper]."""
+    return (lower <= angle <= upper) or (lower <= angle - _TURN <= upper) or (lower <= angle + _TURN <= upper)
+
+
+@njit(cache=True)
+def in_leg_workspace(leg, x, y, z, chains, max_extension):
+    """Whether leg ``leg`` reaches the foot centre (x, y, z) in B [m] within its joint limits, on its nominal knee branch.
 
     ``max_extension`` bounds the distance from HFE to foot in the leg's plane, as a fraction of the straight leg's: a leg that
     is nearly straight can neither follow the base nor push.
+
+    The same geometry as ``solve_leg``, which returns angles and prefers solutions near a guess; this one only answers
+    yes or no, and 15 times faster, for it is asked some hundred thousand times in a search.
     """
-    haa, thigh, knee, foot = chains.offsets[leg]
-    p_HF = p_BF - haa
+    haa, thigh, knee, foot = chains.offsets[leg, 0], chains.offsets[leg, 1], chains.offsets[leg, 2], chains.offsets[leg, 3]
     lateral = thigh[1] + knee[1] + foot[1]
-    below = np.sqrt(max(p_HF[1] ** 2 + p_HF[2] ** 2 - lateral**2, 0.0))
-    extension = np.hypot(p_HF[0] - thigh[0], below + thigh[2])
-    if extension > max_extension * (np.hypot(knee[0], knee[2]) + np.hypot(foot[0], foot[2])):
+    y, z = y - haa[1], z - haa[2]
+    below = y * y + z * z - lateral * lateral
+    if below <= 0.0:
         return False
-    q, reached = solve_leg(
-        p_HF, thigh, knee, foot, chains.lower[leg], chains.upper[leg], chains.nominal[leg], _LIMIT_TOLERANCE
-    )
-    return reached and q[2] * chains.nominal[leg, 2] > 0.0
+    below = -np.sqrt(below)
+    if not _within(np.arctan2(z, y) - np.arctan2(below, lateral), chains.lower[leg, 0], chains.upper[leg, 0]):
+        return False
+
+    # In the leg's plane: two links. Directions are measured from +z towards +x, so that a rotation about y adds to them.
+    x, z = x - haa[0] - thigh[0], below - thigh[2]
+    l1, l2, reach = np.hypot(knee[0], knee[2]), np.hypot(foot[0], foot[2]), np.hypot(x, z)
+    if reach > max_extension * (l1 + l2) or reach < abs(l1 - l2):
+        return False
+    zero1, zero2 = np.arctan2(knee[0], knee[2]), np.arctan2(foot[0], foot[2])
+    bend = np.arccos((reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2))
+    if np.sin(chains.nominal[leg, 2] + zero2 - zero1) < 0.0:
+        bend = -bend
+    if not _within(bend + zero1 - zero2, chains.lower[leg, 2], chains.upper[leg, 2]):
+        return False
+    hip = np.arctan2(x, z) - zero1 - np.arctan2(l2 * np.sin(bend), l1 + l2 * np.cos(bend))
+    return _within(hip, chains.lower[leg, 1], chains.upper[leg, 1])

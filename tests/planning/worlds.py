@@ -1,8 +1,13 @@
 """Synthetic region sets and robot states for the planners' tests."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from quadpips_drake.perception.regions import PlanarRegion, RegionSet
+from quadpips_drake.planning.foothold_search import search_footholds
+from quadpips_drake.planning.nominal_pose import rotation_from_rpy
+from quadpips_drake.planning.torso_search import search_torso_path
 from quadpips_drake.robots.robot_state import RobotState
 
 
@@ -21,9 +26,7 @@ def tiles(x_range, y_range, pitch=0.15, size=0.15, z=0.0, slope=0.0, first_id=0,
     ys = np.arange(y_range[0] + pitch / 2, y_range[1], pitch)
     height = z if callable(z) else lambda x: z
     cells = [(x, y) for x in xs for y in ys]
-    return [
-        patch(first_id + k, x, y, size, size, height(x), margin=margin, slope=slope) for k, (x, y) in enumerate(cells)
-    ]
+    return [patch(first_id + k, x, y, size, size, height(x), margin=margin, slope=slope) for k, (x, y) in enumerate(cells)]
 
 
 def region_set(*groups) -> RegionSet:
@@ -56,7 +59,11 @@ def pit(width=1.2) -> RegionSet:
 
 def stairs(rise=0.05, run=0.20) -> RegionSet:
     """Ten treads from x = 0.6 on, then a platform."""
-    treads = [patch(0, 0.6 + run * (i + 0.5), y, run, 0.3, rise * (i + 1), margin=0.04) for i in range(10) for y in (-0.45, -0.15, 0.15, 0.45)]
+    treads = [
+        patch(0, 0.6 + run * (i + 0.5), y, run, 0.3, rise * (i + 1), margin=0.04)
+        for i in range(10)
+        for y in (-0.45, -0.15, 0.15, 0.45)
+    ]
     return region_set(tiles((-0.8, 0.6), (-0.6, 0.6)), treads, tiles((2.6, 3.6), (-0.6, 0.6), z=10 * rise))
 
 
@@ -92,3 +99,29 @@ def standing_state(robot, x=0.0, y=0.0, yaw=0.0, z=0.0, stamp=0.0) -> RobotState
         contact_forces=np.tile([0.0, 0.0, robot.mass * 9.81 / 4], (4, 1)),
         contacts=np.ones(4, dtype=bool),
     )
+
+
+def state_at(robot, stance, stamp=0.0) -> RobotState:
+    """The robot at rest with its feet on ``stance`` and its base at that stance's nominal pose."""
+    rest = standing_state(robot, stamp=stamp)
+    R_WB = rotation_from_rpy(np.asarray(stance.rpy_WB))
+    centers = (stance.footholds + robot.foot_radius * stance.normals - stance.p_WB) @ R_WB
+    solutions = [robot.leg_inverse_kinematics_B(leg, centers[leg]) for leg in range(4)]
+    assert all(ok for _, ok in solutions), "a stance that the robot cannot take"
+    joints = np.concatenate([q for q, _ in solutions])
+    return replace(rest, p_WB=stance.p_WB, rpy_WB=stance.rpy_WB, R_WB=R_WB, joint_positions=joints)
+
+
+def walk(robot, regions, goal, torso_config, foothold_config, start=None, max_plans=12):
+    """Plans and jumps to the end of the plan until the goal is within 0.2 m; returns the plans and the last state."""
+    state = standing_state(robot) if start is None else start
+    plans = []
+    for request_id in range(1, max_plans + 1):
+        if np.hypot(*(state.p_WB[:2] - goal)) < 0.2:
+            break
+        path = search_torso_path(state.p_WB, state.rpy_WB[2], regions, goal, robot, torso_config, request_id=request_id)
+        plans.append(search_footholds(state, regions, path, robot, foothold_config))
+        if not plans[-1].success:
+            break
+        state = state_at(robot, plans[-1].stances[-1])
+    return plans, state
