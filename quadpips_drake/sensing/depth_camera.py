@@ -72,11 +72,11 @@ def check_renderer() -> None:
         egl = ctypes.CDLL("libEGL.so.1")
     except OSError:
         raise UserInputError(
-            "cannot render depth images: libEGL.so.1 is missing; install the Debian package libegl1 (apt install libegl1)"
+            "cannot render depth images: libEGL.so.1 is missing; install the Debian package libegl1 (with apt)"
         ) from None
     if _count_egl_devices(egl) == 0:
         raise UserInputError(
-            "cannot render depth images: EGL has no driver; install the Debian package libegl-mesa0 (apt install libegl-mesa0)"
+            "cannot render depth images: EGL finds no driver; install the Debian package libegl-mesa0 (with apt)"
         )
 
 

@@ -1,4 +1,4 @@
-"""Removes the robot's own legs from a depth image, from known kinematics and known shapes."""
+"""Removes the robot's own body from a depth image, from known kinematics and known shapes."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from numba import njit
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception.images import CameraIntrinsics
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.sensing.leg_shapes import CYLINDER, load_leg_shapes
+from quadpips_drake.sensing.robot_shapes import CYLINDER, load_robot_shapes
 
 _NEAR = 0.05
 """No camera measures a depth below this [m]."""
@@ -16,7 +16,7 @@ _NEAR = 0.05
 
 @dataclass
 class SelfFilterConfig:
-    """How far from the legs' surfaces a measured point may lie and still be taken for a leg."""
+    """How far from the robot's surface a measured point may lie and still be taken for the robot."""
 
     enabled: bool = True
     margin: float = 0.02
@@ -31,7 +31,7 @@ class SelfFilterConfig:
             raise UserInputError(f"self_filter: margin_growth must be 0..0.5 1/m, got {self.margin_growth}")
 
 
-def find_own_legs(
+def find_own_body(
     depth: np.ndarray,
     intrinsics: CameraIntrinsics,
     X_BC: np.ndarray,
@@ -39,16 +39,16 @@ def find_own_legs(
     robot: RobotModel,
     config: SelfFilterConfig,
 ) -> np.ndarray:
-    """Returns which pixels of ``depth`` [m], float32 (height, width), lie on the robot's legs, bool (height, width).
+    """Returns which pixels of ``depth`` [m], float32 (height, width), show the robot itself, bool (height, width).
 
-    A pixel belongs to a leg when its point is closer to one of the leg's shapes (those that are drawn) than the margin.
+    A pixel shows the robot when its point is closer to one of the robot's shapes (those that are drawn) than the margin.
     Only the rectangle of the image that a shape can cover is looked at.
 
     Args:
         X_BC: pose of the camera's optical frame in the base frame, (4, 4).
         joint_positions: [rad], (12,).
     """
-    shapes = load_leg_shapes(robot)
+    shapes = load_robot_shapes(robot)
     R_BL, p_BL = robot.link_poses_B(joint_positions)
     R_BL, p_BL = R_BL[shapes.link], p_BL[shapes.link]
     R_CB = X_BC[:3, :3].T
@@ -125,7 +125,7 @@ def _mark_window(depth, mask, window, pinhole, R_GC, p_CG, shape, margins):
             if not 0.0 < z < np.inf or mask[v, u]:
                 continue
             reach = margin + growth * z * z
-            # Most pixels of the window lie far behind the leg.
+            # Most pixels of the window lie far behind the shape.
             if abs(z - p_CG[2]) > radius + reach:
                 continue
             x, y, z = z * (u - cx) / fx - p_CG[0], z * slope_y - p_CG[1], z - p_CG[2]

@@ -8,15 +8,14 @@ from pydrake.systems.sensors import ImageDepth32F
 from quadpips_drake.perception.images import CameraIntrinsics
 from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.sensing.self_filter import SelfFilterConfig, find_own_legs
+from quadpips_drake.sensing.self_filter import SelfFilterConfig, find_own_body
 from quadpips_drake.timing import StageTimings
 
 
 class SelfFilter(LeafSystem):
-    """Blanks the pixels of a depth image that show the robot's own legs.
+    """Blanks the pixels of a depth image that show the robot itself.
 
-    Each point is held against the shapes of hips, thighs and shanks, posed by the measured joint angles; see
-    ``find_own_legs``. The trunk is not considered: no camera of these robots can see it.
+    Each point is held against the shapes of trunk and legs, posed by the measured joint angles; see ``find_own_body``.
 
     .. pydrake_system::
 
@@ -29,7 +28,7 @@ class SelfFilter(LeafSystem):
 
     - depth_image (input): ImageDepth32F (width, height) [m], along the optical axis; NaN, 0 or inf where there is none.
     - robot_state: RobotState of the same time; only its joint angles are used.
-    - depth_image (output): the same image with NaN where a leg is; all other values untouched.
+    - depth_image (output): the same image with NaN where the robot is; all other values untouched.
     """
 
     def __init__(
@@ -59,4 +58,4 @@ class SelfFilter(LeafSystem):
             return
         joints = self._state.Eval(context).joint_positions
         with self._timings.measure("self_filter"):
-            result[find_own_legs(depth, self._intrinsics, self._X_BC, joints, self._robot, self._config)] = np.nan
+            result[find_own_body(depth, self._intrinsics, self._X_BC, joints, self._robot, self._config)] = np.nan

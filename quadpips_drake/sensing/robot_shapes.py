@@ -1,4 +1,4 @@
-"""The visible shapes of a robot's legs, as plain arrays for the self-filter."""
+"""The visible shapes of a robot, as plain arrays for the self-filter."""
 
 from functools import cache
 from typing import NamedTuple
@@ -14,13 +14,13 @@ from quadpips_drake.robots.robot_model import LINK_NAMES, RobotModel
 ROUND_BOX, CYLINDER = 0, 1
 
 
-class LegShapes(NamedTuple):
+class RobotShapes(NamedTuple):
     """n primitives fixed to links. A sphere or capsule is a box or line without extent, rounded by its radius."""
 
     kind: np.ndarray
     """ROUND_BOX or CYLINDER (axis z), int64 (n,)."""
     link: np.ndarray
-    """Index of the link that carries the shape (1 + joint index), int64 (n,)."""
+    """Index of the link that carries the shape (0: base, 1 + j: moved by joint j), int64 (n,)."""
     half_size: np.ndarray
     """Half extents of the core before rounding [m]; of a cylinder: radius, radius, half length; (n, 3)."""
     rounding: np.ndarray
@@ -32,22 +32,22 @@ class LegShapes(NamedTuple):
 
 
 @cache
-def load_leg_shapes(robot: RobotModel) -> LegShapes:
-    """Reads all shapes with a perception role on hips, thighs and shanks from the robot's URDF."""
+def load_robot_shapes(robot: RobotModel) -> RobotShapes:
+    """Reads all shapes with a perception role from the robot's URDF."""
     plant, scene_graph = MultibodyPlant(time_step=1e-3), SceneGraph()
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     Parser(plant).AddModels(str(robot.urdf_path))
     plant.Finalize()
     inspector = scene_graph.model_inspector()
     shapes = []
-    for link, name in enumerate(LINK_NAMES[1:], start=1):
+    for link, name in enumerate(LINK_NAMES):
         frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(name).index())
         for geometry in inspector.GetGeometries(frame, Role.kPerception):
             kind, half_size, rounding = _describe(inspector.GetShape(geometry), inspector.GetName(geometry))
             pose = inspector.GetPoseInFrame(geometry)
             shapes.append((kind, link, half_size, rounding, pose.rotation().matrix(), pose.translation()))
     kind, link, half_size, rounding, rotation, position = (np.array(column) for column in zip(*shapes, strict=True))
-    return LegShapes(kind, link, half_size.astype(float), rounding.astype(float), rotation, position)
+    return RobotShapes(kind, link, half_size.astype(float), rounding.astype(float), rotation, position)
 
 
 def _describe(shape, name: str):
@@ -60,4 +60,4 @@ def _describe(shape, name: str):
         return CYLINDER, np.array([shape.radius(), shape.radius(), 0.5 * shape.length()]), 0.0
     if isinstance(shape, Box):
         return ROUND_BOX, 0.5 * np.array(shape.size()), 0.0
-    raise UserInputError(f"visual '{name}': a leg may consist of boxes, cylinders, capsules and spheres only")
+    raise UserInputError(f"visual '{name}': a robot may consist of boxes, cylinders, capsules and spheres only")
