@@ -105,7 +105,8 @@ def feet_figure(log: Mapping, terrain: Terrain | None = None, foot_radius: float
         if "contact_forces" in log:
             rows[4].plot(time, np.asarray(log["contact_forces"])[:, leg, 2], color=color, linewidth=0.8, label=leg.name)
     rows[4].set_ylabel("force z [N]")
-    rows[4].legend(loc="upper left", fontsize=8, ncols=4)
+    if "contact_forces" in log:
+        rows[4].legend(loc="upper left", fontsize=8, ncols=4)
     if "contacts" in log:
         draw_gait(rows[5], time, np.asarray(log["contacts"]))
     _finish(rows)

@@ -1,0 +1,9 @@
+"""One instance of every LeafSystem of this stage, for the test that compares docstrings with ports."""
+
+from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer
+from quadpips_drake.visualization.recording import make_quiet_meshcat
+
+
+def make_systems() -> list:
+    return [PlanVisualizer(load_robot("anymal_c"), make_quiet_meshcat())]

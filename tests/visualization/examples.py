@@ -1,0 +1,46 @@
+"""Small made-up values to draw."""
+
+import numpy as np
+
+from quadpips_drake.perception.regions import PlanarRegion, RegionSet
+from quadpips_drake.planning.plans import FootholdPlan, Stance
+from quadpips_drake.robots.legs import Leg
+from quadpips_drake.trajectory.reference import ContactSchedule, FootholdTarget, WholeBodyReference
+
+SQUARE = np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]])
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def regions(stamp: float, count: int = 4) -> RegionSet:
+    def region(i):
+        X_WR = np.eye(4)
+        X_WR[:3, 3] = 0.25 * i, 0.0, 0.0
+        return PlanarRegion(i, X_WR, SQUARE, 0.8 * SQUARE, i % 4)
+
+    return RegionSet(stamp, tuple(region(i) for i in range(count)))
+
+
+def reference(robot, number: int, begin: float, duration: float = 0.5) -> WholeBodyReference:
+    """The base moves on by 0.2 m while LF and RH swing."""
+    times = begin + np.linspace(0, duration, 26)
+    states = np.zeros((26, 24))
+    states[:, 6] = np.linspace(0, 0.2, 26)
+    states[:, 8] = robot.nominal_base_height
+    states[:, 12:] = robot.nominal_joints
+    swing = np.array([False, True, True, False])
+    schedule = ContactSchedule(begin + np.array([0.05, 0.45]), np.array([[True] * 4, swing, [True] * 4]))
+    feet = robot.nominal_footholds_B + np.array([0.2, 0, robot.nominal_base_height])
+    targets = tuple(FootholdTarget(leg, begin + 0.05, begin + 0.45, feet[leg], UP) for leg in (Leg.LF, Leg.RH))
+    return WholeBodyReference(begin, number, times, states, np.zeros((26, 24)), schedule, targets)
+
+
+def foothold_plan(robot, number: int) -> FootholdPlan:
+    feet = robot.nominal_footholds_B * [1, 1, 0]
+    region = regions(0.0, 1).regions[0]
+    stances = tuple(
+        Stance(
+            feet + np.array([0.2 * i, 0, 0]), np.tile(UP, (4, 1)), (region,) * 4, np.array([0.2 * i, 0, 0.5]), np.zeros(3)
+        )
+        for i in range(2)
+    )
+    return FootholdPlan(0.0, number, stances, ((Leg.LF, Leg.RH),), waypoint=np.array([1.0, 0, 0.5, 0]))

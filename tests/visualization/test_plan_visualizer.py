@@ -1,0 +1,187 @@
+"""The layers in Meshcat and the recording."""
+
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
+from quadpips_drake.visualization import plan_meshes, recording
+from quadpips_drake.visualization.meshcat_layers import draw_course
+from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer, PlanVisualizerConfig
+from quadpips_drake.visualization.shapes import ColorMesh
+from tests.visualization import examples
+
+
+BROWSER_FLAGS = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+    "--window-size=640,360",
+    "--virtual-time-budget=2000",
+]
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return load_robot("anymal_c")
+
+
+@pytest.fixture(scope="module")
+def meshcat():
+    return recording.make_quiet_meshcat()
+
+
+def fix(system, context, name, value):
+    system.GetInputPort(name).FixValue(context, AbstractValue.Make(value))
+
+
+def visible_layers(meshcat, layer, count):
+    return [i for i in range(1, count + 1) if meshcat.HasPath(f"/quadpips/{layer}/{i}")]
+
+
+@pytest.mark.parametrize("keep_history", [True, False])
+def test_each_plan_gets_objects_of_its_own(robot, meshcat, keep_history):
+    meshcat.Delete("/quadpips")
+    system = PlanVisualizer(robot, meshcat, PlanVisualizerConfig(keep_history=keep_history))
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    simulator.AdvanceTo(0.1)
+    assert not meshcat.HasPath("/quadpips/footholds"), "nothing is connected, nothing is drawn"
+    for number in (1, 2, 3):
+        begin = context.get_time()
+        fix(system, context, "reference", examples.reference(robot, number, begin))
+        fix(system, context, "foothold_plan", examples.foothold_plan(robot, number))
+        fix(system, context, "region_set", examples.regions(begin))
+        simulator.AdvanceTo(begin + 0.5)
+    shown = [1, 2, 3] if keep_history else [3]
+    for layer in ("footholds", "swings", "base_reference", "regions", "stances"):
+        assert visible_layers(meshcat, layer, 9) == shown, layer
+
+
+def test_regions_are_redrawn_at_their_own_pace(robot, meshcat):
+    meshcat.Delete("/quadpips")
+    system = PlanVisualizer(robot, meshcat, PlanVisualizerConfig(region_period=0.5))
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    for step in range(40):
+        fix(system, context, "region_set", examples.regions(0.05 * step))
+        simulator.AdvanceTo(0.05 * (step + 1))
+    assert visible_layers(meshcat, "regions", 99) == [1, 2, 3, 4]
+
+
+def test_empty_and_failed_values_are_not_drawn(robot, meshcat):
+    meshcat.Delete("/quadpips")
+    system = PlanVisualizer(robot, meshcat)
+    context = system.CreateDefaultContext()
+    for port in ("region_set", "reference", "foothold_plan"):
+        model = system.AllocateInputAbstract(system.GetInputPort(port))
+        system.GetInputPort(port).FixValue(context, model)
+    simulator = Simulator(system, context)
+    simulator.AdvanceTo(0.1)
+    assert not meshcat.HasPath("/quadpips")
+
+
+def test_config_is_checked():
+    with pytest.raises(UserInputError, match="period"):
+        PlanVisualizerConfig(period=0.0)
+
+
+def test_meshes_lie_where_the_values_are(robot):
+    reference = examples.reference(robot, 1, 2.0)
+    balls = plan_meshes.foothold_mesh(reference, ball_radius=0.02).vertices
+    for target in reference.footholds:
+        assert np.linalg.norm(balls - target.position, axis=1).min() == pytest.approx(0.02, abs=1e-9)
+    paths = plan_meshes.swing_paths(reference, robot)
+    assert [leg.name for leg, _ in paths] == ["LF", "RH"]
+    for leg, path in paths:
+        start = robot.nominal_footholds_B[leg] + [0.02, 0, robot.nominal_base_height]
+        np.testing.assert_allclose(path[0], start, atol=1e-9)
+    region_mesh = plan_meshes.region_mesh(examples.regions(0.0))
+    assert region_mesh.faces.max() == len(region_mesh.vertices) - 1
+    assert np.abs(region_mesh.vertices[:, 2] - plan_meshes.LIFT).max() < 1e-3
+    assert not ColorMesh()
+
+
+def test_tube_and_ball_are_closed_and_round():
+    mesh = ColorMesh()
+    line = np.array([[0.0, 0, 0], [0.5, 0, 0.2], [1, 0, 0]])
+    mesh.add_tube(line, 0.1, (1, 0, 0), sides=8)
+    distance = np.linalg.norm(mesh.vertices.reshape(3, 8, 3) - line[:, None], axis=-1)
+    np.testing.assert_allclose(distance, 0.1, atol=1e-12)
+    ball = ColorMesh()
+    ball.add_ball([1, 2, 3], 0.5, (0, 1, 0))
+    np.testing.assert_allclose(np.linalg.norm(ball.vertices - [1, 2, 3], axis=1), 0.5, atol=1e-12)
+    assert ball.colors.shape == ball.vertices.shape
+
+
+def record(robot, meshcat, path):
+    """Records half a second of a robot that floats ahead, with two plans."""
+    terrain = load_terrain("stepping_stones")
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
+    add_terrain_to_plant(terrain, plant)
+    robot.add_to_plant(plant)
+    plant.Finalize()
+    meshcat.Delete()
+    recording.add_scene_visualizer(builder, scene_graph, meshcat)
+    visualizer = builder.AddSystem(PlanVisualizer(robot, meshcat))
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    plant_context = plant.GetMyMutableContextFromRoot(context)
+    plant.get_actuation_input_port().FixValue(plant_context, np.zeros(12))
+    robot.set_state(plant, plant_context, [-1, 0, 1.5], [0, 0, 0], robot.nominal_joints)
+    draw_course(meshcat, terrain)
+    recording.start_recording(meshcat)
+    for number in (1, 2):
+        own = visualizer.GetMyContextFromRoot(context)
+        fix(visualizer, own, "reference", examples.reference(robot, number, context.get_time()))
+        fix(visualizer, own, "region_set", examples.regions(context.get_time()))
+        simulator.AdvanceTo(context.get_time() + 0.25)
+    return recording.save_recording(meshcat, path, "a test")
+
+
+def test_recording_holds_motion_and_plans(robot, meshcat, tmp_path):
+    size = record(robot, meshcat, tmp_path / "recording.html")
+    html = (tmp_path / "recording.html").read_text()
+    assert len(html) == size
+    assert 500_000 < size < 6_000_000
+    assert "<title>a test</title>" in html
+    assert not re.search(r"<(script|link)[^>]+(src|href)=.http", html), "nothing is fetched when it is opened"
+    animation = meshcat.get_mutable_recording()
+    assert animation.autoplay()
+    assert animation.frames_per_second() == recording.FRAMES_PER_SECOND
+    for path in ("/quadpips/course", "/quadpips/footholds/2", "/quadpips/swings/1", "/quadpips/regions/2"):
+        assert meshcat.HasPath(path)
+    with pytest.raises(UserInputError, match="cannot write"):
+        recording.save_recording(meshcat, tmp_path / "missing" / "recording.html")
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs Debian's chromium")
+def test_recording_opens_in_a_browser(robot, meshcat, tmp_path):
+    import cv2
+
+    record(robot, meshcat, tmp_path / "recording.html")
+    command = ["chromium", *BROWSER_FLAGS]
+    command += [f"--user-data-dir={tmp_path}/profile", f"--screenshot={tmp_path}/shot.png"]
+    subprocess.run([*command, f"file://{tmp_path}/recording.html"], check=True, capture_output=True, timeout=60)
+    picture = cv2.imread(str(tmp_path / "shot.png"))
+    assert len(np.unique(picture[40:].reshape(-1, 3), axis=0)) > 500, "the scene was drawn"
