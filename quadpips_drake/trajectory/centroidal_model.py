@@ -66,7 +66,7 @@ class CentroidalModel:
         return x[6:9] + self.robot.foot_positions_B(x[JOINTS:]) @ rotation.T
 
     def base_velocity(self, x, u) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the base's linear velocity v_WB [m/s] (of its origin) and angular velocity w_WB [rad/s], (3,), both in W."""
+        """Returns the base's linear velocity v_WB [m/s] (at its origin) and angular w_WB [rad/s], (3,), both in W."""
         velocity, w = base_velocity_kernel(self.tree, _contiguous(x), _contiguous(u))
         rotation, _ = roll_pitch_yaw_rotation(np.asarray(x[9:12], float))
         return velocity, rotation @ w

@@ -48,10 +48,10 @@ class OptimalControlProblem:
         states[0] = x0
         return Guess(states, np.array(task.u_ref, dtype=float), np.asarray(task.times, dtype=float))
 
-    def iterate(self, x0, task: TrackingTask, guess: Guess | OcpSolution | None = None) -> OcpSolution:
+    def iterate(self, x0, task: TrackingTask, guess: Guess | OcpSolution | tuple | None = None) -> OcpSolution:
         """One real-time iteration from state ``x0`` (24,): linearise about the guess, solve, take the step.
 
-        Without a guess it starts from the reference. A step that would move a pose coordinate or joint by more than
+        Without a guess it starts from the reference; a pair (X, U) is a guess on the task's own times. A step that would move a pose coordinate or joint by more than
         ``max_step`` is scaled down. When the quadratic program fails, the guess comes back with ``success`` False.
         """
         states, inputs, x0, task = self._start(x0, task, guess)
@@ -81,7 +81,7 @@ class OptimalControlProblem:
         self,
         x0,
         task: TrackingTask,
-        guess: Guess | OcpSolution | None = None,
+        guess: Guess | OcpSolution | tuple | None = None,
         max_iterations: int = 25,
         tol: float = 1e-4,
     ) -> OcpSolution:
@@ -129,6 +129,8 @@ class OptimalControlProblem:
             raise ValueError(f"this problem has {self.num_knots} knots, the task {task.num_knots}")
         if guess is None:
             guess = self.initial_guess(x0, task)
+        elif isinstance(guess, tuple):
+            guess = Guess(*guess, np.asarray(task.times, dtype=float))
         elif not np.array_equal(guess.times, task.times):
             guess = shift_guess(guess, task.times)
         # Yaw may differ by whole turns between measurement, reference and guess; the reference decides.
