@@ -23,7 +23,7 @@ BAD_INPUT = [
     (["--start", "0,0,north"], ["--start", "X,Y,YAW"]),
     (["--goal", "1,nan"], ["--goal '1,nan'", "X,Y"]),
     (["--goal", "1000,0", "--terrain", "flat"], ["goal"]),
-    (["--start", "0,0,0"], ["start"]),  # over the pit of stepping_stones
+    (["--start", "0.75,0,0"], ["start (0.75, 0)", "pit_floor"]),  # stepping_stones: over the pit
     (["--duration", "-1"], ["duration must be"]),
     (["--duration", "soon"], ["--duration", "quadpips run --help"]),
     (["--sed", "3"], ["--sed", "--seed"]),
