@@ -17,7 +17,7 @@ from quadpips_drake.perception.labels import Steppability
 from quadpips_drake.terrain.mesh_file import read_obj
 from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Terrain, pose
 
-MAX_FILE_BYTES = 20_000_000
+MAX_FILE_BYTES = 5_000_000
 MAX_ELEMENTS = 5000
 MAX_NAME_LENGTH = 100
 LABELS = {label.name.lower(): label for label in Steppability}
@@ -31,10 +31,15 @@ class _StrictLoader(yaml.CSafeLoader):
     """Plain YAML data only, without repeated keys (the second would hide the first)."""
 
     def construct_mapping(self, node, deep=False):
-        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-        for i, key in enumerate(keys):
-            if key in keys[:i]:
-                raise yaml.constructor.ConstructorError(None, None, f"key '{key}' appears twice", node.start_mark)
+        seen = set()
+        for key_node, _ in node.value:
+            # Merge keys (<<) end here, too: they have no value of their own, and nested ones can fill the memory.
+            key = self.construct_object(key_node, deep=True)
+            if not isinstance(key, str | int | float):
+                raise yaml.constructor.ConstructorError(None, None, "a key must be plain text", key_node.start_mark)
+            if key in seen:
+                raise yaml.constructor.ConstructorError(None, None, f"key '{key}' appears twice", key_node.start_mark)
+            seen.add(key)
         return super().construct_mapping(node, deep=deep)
 
 

@@ -124,9 +124,14 @@ def test_hostile_files_are_refused(write, tmp_path):
     bomb = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
         f"{b}: &{b} [{', '.join([f'*{a}'] * 9)}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True)
     )
+    merge = "a: &a {x: 1}\n" + "".join(
+        f"{b}: &{b} {{<<: [{', '.join([f'*{a}'] * 9)}]}}\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True)
+    )
     many = "start: [0, 0, 0]\ngoal: [1, 0]\nboxes:\n" + "- {size: [1, 1, 1], xyz: [0, 0, 0]}\n" * 5001
     cases = {
         "bomb.yaml": bomb,
+        "merge.yaml": merge,
+        "keys.yaml": "".join(f"k{i}: 1\n" for i in range(20_000)),
         "deep.yaml": "[" * 20000,
         "many.yaml": many,
         "empty.yaml": "",

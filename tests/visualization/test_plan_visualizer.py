@@ -21,7 +21,6 @@ from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer, 
 from quadpips_drake.visualization.shapes import ColorMesh
 from tests.visualization import examples
 
-
 BROWSER_FLAGS = [
     "--headless",
     "--no-sandbox",
