@@ -6,12 +6,16 @@ from quadpips_drake.perception.egocan import EgocanConfig
 from quadpips_drake.perception.normals import NormalConfig
 from quadpips_drake.perception.region_extraction import RegionConfig
 from quadpips_drake.perception.superpixels import SuperpixelConfig
+from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
+from quadpips_drake.sensing.self_filter import SelfFilterConfig
 
 
 @dataclass
 class PerceptionConfig:
     """From the depth image to the regions, stage by stage."""
 
+    depth_noise: DepthNoiseConfig = field(default_factory=DepthNoiseConfig)
+    self_filter: SelfFilterConfig = field(default_factory=SelfFilterConfig)
     normals: NormalConfig = field(default_factory=NormalConfig)
     egocan: EgocanConfig = field(default_factory=EgocanConfig)
     superpixels: SuperpixelConfig = field(default_factory=SuperpixelConfig)

@@ -12,7 +12,7 @@ from quadpips_drake.perception.egocan import (
     update_memory,
 )
 from quadpips_drake.perception.images import AffordanceImage, EgocanImage
-from quadpips_drake.perception.port_examples import example_robot_state
+from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.timing import StageTimings
 
 
@@ -42,7 +42,7 @@ class LeggedEgocan(LeafSystem):
         self._config = config or EgocanConfig()
         self._timings = timings or StageTimings()
         self._image_port = self.DeclareAbstractInputPort("affordance_image", AbstractValue.Make(AffordanceImage.empty()))
-        self._state_port = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(example_robot_state()))
+        self._state_port = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(empty_robot_state()))
         self._memory = self.DeclareAbstractState(AbstractValue.Make(EgocanMemory.empty(self._config)))
         self.DeclareAbstractOutputPort(
             "egocan",

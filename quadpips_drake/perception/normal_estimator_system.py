@@ -8,7 +8,7 @@ from pydrake.systems.sensors import ImageDepth32F
 from quadpips_drake.perception.images import AffordanceImage, CameraIntrinsics, LabelImage
 from quadpips_drake.perception.labels import Steppability
 from quadpips_drake.perception.normals import NormalConfig, clean_depth, estimate_normals
-from quadpips_drake.perception.port_examples import example_robot_state
+from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.robots.robot_state import RobotState
 from quadpips_drake.timing import StageTimings
 
@@ -53,7 +53,7 @@ class NormalEstimator(LeafSystem):
         self._timings = timings or StageTimings()
         depth = AbstractValue.Make(ImageDepth32F(intrinsics.width, intrinsics.height))
         self._depth_port = self.DeclareAbstractInputPort("depth_image", depth)
-        self._state_port = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(example_robot_state()))
+        self._state_port = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(empty_robot_state()))
         self._label_port = self.DeclareAbstractInputPort("labels", AbstractValue.Make(LabelImage.empty()))
         self.DeclareAbstractOutputPort(
             "affordance_image",

@@ -70,7 +70,7 @@ def rotation(roll, pitch, yaw):
     return rz @ ry @ rx
 
 
-def camera_mount(x=0.48, z=0.04, pitch_down=np.deg2rad(30)):
+def camera_mount(x=0.48, z=0.04, pitch_down=0.5236):
     """Returns X_BC of a camera ahead of the base origin that looks forward and down."""
     c, s = np.cos(pitch_down), np.sin(pitch_down)
     X_BC = np.eye(4)
@@ -79,7 +79,7 @@ def camera_mount(x=0.48, z=0.04, pitch_down=np.deg2rad(30)):
     return X_BC
 
 
-def walking_poses(distance, speed=0.3, rate=30.0, height=0.5, bob=0.02, pitch=np.deg2rad(2.0)):
+def walking_poses(distance, speed=0.3, rate=30.0, height=0.5, bob=0.02, pitch=0.035):
     """Yields (t, X_WB, yaw) of a base that walks along x, bobbing and pitching, with a little sway and yaw."""
     for k in range(int(distance / speed * rate) + 1):
         t = k / rate

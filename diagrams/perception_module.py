@@ -1,0 +1,91 @@
+"""From a depth image to planar regions: the wiring of the perception."""
+
+from itertools import pairwise
+
+from pydrake.systems.framework import Diagram, DiagramBuilder
+
+from quadpips_drake.perception.config import PerceptionConfig
+from quadpips_drake.perception.images import CameraIntrinsics
+from quadpips_drake.perception.legged_egocan_system import LeggedEgocan
+from quadpips_drake.perception.normal_estimator_system import NormalEstimator
+from quadpips_drake.perception.region_extractor_system import RegionExtractor
+from quadpips_drake.perception.superpixel_segmenter_system import SuperpixelSegmenter
+from quadpips_drake.robots.robot_model import RobotModel
+from quadpips_drake.sensing.depth_noise_system import DepthNoise
+from quadpips_drake.sensing.self_filter_system import SelfFilter
+from quadpips_drake.timing import StageTimings
+
+
+def make_perception_module(
+    robot: RobotModel,
+    intrinsics: CameraIntrinsics,
+    config: PerceptionConfig | None = None,
+    timings: StageTimings | None = None,
+    *,
+    camera: str = "front",
+    seed: int = 0,
+) -> Diagram:
+    """Returns the diagram "perception".
+
+    (DepthNoise ->) (SelfFilter ->) NormalEstimator -> LeggedEgocan -> SuperpixelSegmenter -> RegionExtractor; the first two
+    only as far as ``config`` enables them.
+
+    Args:
+        robot: the one that carries the camera; with a changed camera pitch, the station's ``robot``.
+        intrinsics: of the depth image.
+        config: of all stages.
+        timings: stopwatch for all stages.
+        camera: name of the camera among the robot's mounts.
+        seed: of the depth noise.
+
+    Input ports:
+        depth_image: ImageDepth32F of ``camera``, as the renderer made it.
+        robot_state: abstract RobotState at the time of the image.
+        labels (optional): abstract LabelImage; without it all ground is of UNKNOWN steppability and judged by geometry.
+
+    Output ports: affordance_image, egocan, superpixels, region_set; of the types named like them.
+    """
+    config = config or PerceptionConfig()
+    timings = timings or StageTimings()
+    builder = DiagramBuilder()
+
+    def add(name, system):
+        return builder.AddNamedSystem(name, system)
+
+    filters = []
+    if config.depth_noise.enabled:
+        filters.append(add("depth_noise", DepthNoise(config.depth_noise, intrinsics=intrinsics, seed=seed, timings=timings)))
+    if config.self_filter.enabled:
+        filters.append(
+            add(
+                "self_filter",
+                SelfFilter(robot, config.self_filter, intrinsics=intrinsics, camera=camera, timings=timings),
+            )
+        )
+
+    mount = robot.camera(camera)
+    normals = add("normal_estimator", NormalEstimator(mount.X_BC, intrinsics, config.normals, timings=timings))
+    egocan = add("legged_egocan", LeggedEgocan(robot, config.egocan, timings=timings))
+    superpixels = add("superpixel_segmenter", SuperpixelSegmenter(config.superpixels, timings=timings))
+    regions = add("region_extractor", RegionExtractor(robot.foot_radius, config.regions, timings=timings))
+
+    builder.Connect(normals.GetOutputPort("affordance_image"), egocan.GetInputPort("affordance_image"))
+    builder.Connect(egocan.GetOutputPort("egocan"), superpixels.GetInputPort("egocan"))
+    builder.Connect(superpixels.GetOutputPort("superpixels"), regions.GetInputPort("superpixels"))
+
+    chain = [*filters, normals]
+    builder.ExportInput(chain[0].GetInputPort("depth_image"), "depth_image")
+    for first, second in pairwise(chain):
+        builder.Connect(first.GetOutputPort("depth_image"), second.GetInputPort("depth_image"))
+    builder.ExportInput(egocan.GetInputPort("robot_state"), "robot_state")
+    for system in chain:
+        if system.HasInputPort("robot_state"):
+            builder.ConnectInput("robot_state", system.GetInputPort("robot_state"))
+    builder.ExportInput(normals.GetInputPort("labels"), "labels")
+    builder.ExportOutput(normals.GetOutputPort("affordance_image"), "affordance_image")
+    builder.ExportOutput(egocan.GetOutputPort("egocan"), "egocan")
+    builder.ExportOutput(superpixels.GetOutputPort("superpixels"), "superpixels")
+    builder.ExportOutput(regions.GetOutputPort("region_set"), "region_set")
+    diagram = builder.Build()
+    diagram.set_name("perception")
+    return diagram

@@ -1,0 +1,24 @@
+"""One instance of every system of the perception."""
+
+from pydrake.systems.framework import LeafSystem
+
+from quadpips_drake.perception.legged_egocan_system import LeggedEgocan
+from quadpips_drake.perception.normal_estimator_system import NormalEstimator
+from quadpips_drake.perception.oracle_regions_system import OracleRegions
+from quadpips_drake.perception.region_extractor_system import RegionExtractor
+from quadpips_drake.perception.superpixel_segmenter_system import SuperpixelSegmenter
+from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.terrain.library import load_terrain
+from tests.perception.scenes import SMALL
+
+
+def make_systems() -> list[LeafSystem]:
+    """Returns an instance of each."""
+    robot = load_robot("anymal_c")
+    return [
+        NormalEstimator(robot.camera().X_BC, SMALL),
+        LeggedEgocan(robot),
+        SuperpixelSegmenter(),
+        RegionExtractor(robot.foot_radius),
+        OracleRegions(load_terrain("flat"), robot.foot_radius),
+    ]
