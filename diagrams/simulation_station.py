@@ -11,7 +11,7 @@ from pydrake.multibody.plant import (
     MultibodyPlantConfig,
 )
 from pydrake.multibody.tree import PdControllerGains
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from quadpips_drake.errors import UserInputError
@@ -20,15 +20,10 @@ from quadpips_drake.robots.legs import JOINTS_PER_LEG, Leg
 from quadpips_drake.robots.oracle_state_estimator import OracleStateEstimator
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, add_depth_camera, make_intrinsics
-from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
-from quadpips_drake.sensing.depth_noise_system import DepthNoise
 from quadpips_drake.sensing.imu_system import Imu, ImuConfig
-from quadpips_drake.sensing.self_filter import SelfFilterConfig
-from quadpips_drake.sensing.self_filter_system import SelfFilter
 from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
-from quadpips_drake.timing import StageTimings
 
 
 @dataclass
@@ -50,8 +45,6 @@ class StationConfig:
     camera_pitch: float | None = None
     """Viewing direction of that camera below the horizon [rad]; null: the robot's."""
     camera: DepthCameraConfig = field(default_factory=DepthCameraConfig)
-    depth_noise: DepthNoiseConfig = field(default_factory=DepthNoiseConfig)
-    self_filter: SelfFilterConfig = field(default_factory=SelfFilterConfig)
     imu: ImuConfig = field(default_factory=ImuConfig)
     seed: int = 0
     """Seed of the sensors' noise."""
@@ -72,8 +65,6 @@ class StationConfig:
 class SimulationStation(Diagram):
     """A robot on a terrain, simulated: MultibodyPlant and SceneGraph, drives with joint PD, depth camera, IMU.
 
-    The camera's image passes through DepthNoise and SelfFilter.
-
     The drives apply u = clamp(feedforward_torque + K (q_d - q) + D (v_d - v), effort limits), the PD part implicitly within
     the plant's step, so that high gains stay stable. While ``desired_joint_state`` is not connected there is no PD.
 
@@ -92,13 +83,11 @@ class SimulationStation(Diagram):
         - contact_results
         - query_object
         - imu
-        - raw_depth_image
 
     - feedforward_torque: [N m], vector (12,).
     - desired_joint_state: joint positions [rad] and velocities [rad/s], vector (24,).
-    - depth_image: ImageDepth32F (width, height) [m], along the optical axis; 0 too near, inf too far or nothing there, NaN
-      lost or on the robot itself. It is rendered when it is read, without delay: whoever samples it sets the rate
-      (``camera_period``).
+    - depth_image: ImageDepth32F (width, height) [m], along the optical axis; 0 too near, inf too far or nothing there. It is
+      rendered when it is read, without delay: whoever samples it sets the rate (``camera_period``).
     - camera_pose: RigidTransform X_WC of the optical frame (x right, y down, z forward).
     - joint_torques: what the drives applied in the last step, after clamping [N m], vector (12,).
     - imu: angular velocity [rad/s], specific force [m/s^2] in the base's axes, vector (6,).
@@ -109,12 +98,9 @@ class SimulationStation(Diagram):
     - robot_state: RobotState without error, from OracleStateEstimator.
     - contact_results: ContactResults of the last step.
     - query_object: SceneGraph's QueryObject.
-    - raw_depth_image: as depth_image, before noise and self-filter.
     """
 
-    def __init__(
-        self, robot: RobotModel, terrain: Terrain, config: StationConfig, meshcat=None, timings: StageTimings | None = None
-    ):
+    def __init__(self, robot: RobotModel, terrain: Terrain, config: StationConfig, meshcat=None):
         Diagram.__init__(self)
         if config.camera_pitch is not None:
             robot = robot.with_camera_pitch(config.camera_name, config.camera_pitch)
@@ -130,8 +116,8 @@ class SimulationStation(Diagram):
         builder = DiagramBuilder()
         self.plant, self.scene_graph = _add_plant(builder, robot, terrain, config)
         self.contact_geometries = find_contact_geometries(robot, self.plant, self.scene_graph.model_inspector())
-        estimator = self._add_state_sensors(builder)
-        self._camera_plant = self._add_camera(builder, estimator, timings)
+        self._camera_plant = self._add_camera(builder)
+        self._add_sensors(builder)
         self._export_plant_ports(builder)
         if meshcat is not None:
             MeshcatVisualizer.AddToBuilder(builder, self.scene_graph, meshcat)
@@ -155,13 +141,12 @@ class SimulationStation(Diagram):
         context = self.GetMyContextFromRoot(root_context)
         return touching_links(self.GetOutputPort("contact_results").Eval(context), self.contact_geometries)
 
-    def _add_camera(self, builder: DiagramBuilder, estimator: LeafSystem, timings) -> MultibodyPlant:
-        """Adds the camera, noise and self-filter. Its scene is its own; poses are computed when an image is read.
+    def _add_camera(self, builder: DiagramBuilder) -> MultibodyPlant:
+        """Adds the camera with a scene of its own, whose poses are computed when an image is read.
 
         In the plant's scene, the renderer would follow every step of the physics, which takes longer than the physics.
         """
-        config = self.config
-        plant = MultibodyPlant(time_step=config.time_step)
+        plant = MultibodyPlant(time_step=self.config.time_step)
         scene = builder.AddNamedSystem("camera_scene", SceneGraph())
         plant.RegisterAsSourceForSceneGraph(scene)
         add_terrain_to_plant(self.terrain, plant)
@@ -172,29 +157,13 @@ class SimulationStation(Diagram):
         builder.Connect(poses.get_output_port(), scene.get_source_pose_port(plant.get_source_id()))
 
         base = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base").index())
-        camera = add_depth_camera(builder, scene, base, self.robot.camera(config.camera_name), config.camera)
+        camera = add_depth_camera(builder, scene, base, self.robot.camera(self.config.camera_name), self.config.camera)
         builder.Connect(scene.get_query_output_port(), camera.query_object_input_port())
-        builder.ExportOutput(camera.depth_image_32F_output_port(), "raw_depth_image")
+        builder.ExportOutput(camera.depth_image_32F_output_port(), "depth_image")
         builder.ExportOutput(camera.body_pose_in_world_output_port(), "camera_pose")
-        self._add_image_filters(builder, camera.depth_image_32F_output_port(), estimator, timings)
         return plant
 
-    def _add_image_filters(self, builder: DiagramBuilder, image, estimator: LeafSystem, timings) -> None:
-        """Adds noise and self-filter behind the output port ``image`` of the camera."""
-        intrinsics, config = self.camera_intrinsics, self.config
-        noise = DepthNoise(config.depth_noise, intrinsics=intrinsics, seed=config.seed, timings=timings)
-        own_body = SelfFilter(
-            self.robot, config.self_filter, intrinsics=intrinsics, camera=config.camera_name, timings=timings
-        )
-        builder.AddNamedSystem("depth_noise", noise)
-        builder.AddNamedSystem("self_filter", own_body)
-        builder.Connect(image, noise.GetInputPort("depth_image"))
-        builder.Connect(noise.GetOutputPort("depth_image"), own_body.GetInputPort("depth_image"))
-        builder.Connect(estimator.GetOutputPort("robot_state"), own_body.GetInputPort("robot_state"))
-        builder.ExportOutput(own_body.GetOutputPort("depth_image"), "depth_image")
-
-    def _add_state_sensors(self, builder: DiagramBuilder) -> OracleStateEstimator:
-        """Adds state estimator and IMU; returns the former."""
+    def _add_sensors(self, builder: DiagramBuilder) -> None:
         plant, robot, config = self.plant, self.robot, self.config
         instance = plant.GetModelInstanceByName(robot.name)
         estimator = builder.AddNamedSystem(
@@ -210,7 +179,6 @@ class SimulationStation(Diagram):
         for name in ("body_poses", "body_spatial_velocities", "body_spatial_accelerations"):
             builder.Connect(plant.GetOutputPort(name), imu.GetInputPort(name))
         builder.ExportOutput(imu.GetOutputPort("imu"), "imu")
-        return estimator
 
     def _export_plant_ports(self, builder: DiagramBuilder) -> None:
         plant, instance = self.plant, self.plant.GetModelInstanceByName(self.robot.name)
@@ -222,11 +190,9 @@ class SimulationStation(Diagram):
         builder.ExportOutput(self.scene_graph.get_query_output_port(), "query_object")
 
 
-def make_simulation_station(
-    robot: RobotModel, terrain: Terrain, config: StationConfig, meshcat=None, timings: StageTimings | None = None
-) -> SimulationStation:
-    """Builds the station; the ports are the same for every robot. ``timings`` is a stopwatch for the sensors."""
-    return SimulationStation(robot, terrain, config, meshcat, timings)
+def make_simulation_station(robot: RobotModel, terrain: Terrain, config: StationConfig, meshcat=None) -> SimulationStation:
+    """Builds the station; the ports are the same for every robot."""
+    return SimulationStation(robot, terrain, config, meshcat)
 
 
 def standing_pose(robot: RobotModel, truth: GroundTruth, x: float, y: float, yaw: float) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,6 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.legs import Leg
 from quadpips_drake.robots.robot_model import load_robot, robot_names
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
-from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
 from quadpips_drake.sensing.imu_system import ImuConfig
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.terrain import Box, Terrain, pose
@@ -25,7 +24,6 @@ OUTPUTS = [
     "contact_results",
     "query_object",
     "imu",
-    "raw_depth_image",
 ]
 SMALL_CAMERA = DepthCameraConfig(width=64, height=48)
 
@@ -192,17 +190,6 @@ def test_a_clone_continues_alike_to_the_bit():
     images = [station.GetOutputPort("depth_image").Eval(c).data for c in (a, b)]
     np.testing.assert_array_equal(*images)
     np.testing.assert_array_equal(state_of(station, a).contact_forces, state_of(station, b).contact_forces)
-
-
-def test_depth_image_is_noisy_and_without_the_robot():
-    config = StationConfig(camera=SMALL_CAMERA, camera_name="left", depth_noise=DepthNoiseConfig(sigma=0.001), seed=3)
-    station, _, context = standing("anymal_c", slab(), config)
-    raw, image = (station.GetOutputPort(name).Eval(context).data[:, :, 0] for name in ("raw_depth_image", "depth_image"))
-    removed = np.isnan(image)
-    assert 0 < removed.sum() < 0.1 * removed.size, "hips and thighs are at the image's border"
-    assert not np.isnan(raw).any()
-    kept = ~removed & np.isfinite(raw)
-    assert 0.0005 < np.std(image[kept] - raw[kept]) < 0.0015
 
 
 def test_camera_options():

@@ -34,7 +34,7 @@ class View:
         plant = self.station.plant
         height = self.robot.foot_radius - self.robot.foot_positions_B(q)[:, 2].min()
         self.robot.set_state(plant, plant.GetMyMutableContextFromRoot(self.context), [0, 0, height], [0, 0, 0], q)
-        depth = self.station.GetOutputPort("raw_depth_image").Eval(self.context).data[:, :, 0].copy()
+        depth = self.station.GetOutputPort("depth_image").Eval(self.context).data[:, :, 0].copy()
         k = self.station.camera_intrinsics
         v, u = np.mgrid[: k.height, : k.width]
         ray = np.stack([(u - k.cx) / k.fx, (v - k.cy) / k.fy, np.ones_like(u)], axis=-1)
