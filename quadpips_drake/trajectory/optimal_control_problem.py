@@ -51,8 +51,9 @@ class OptimalControlProblem:
     def iterate(self, x0, task: TrackingTask, guess: Guess | OcpSolution | tuple | None = None) -> OcpSolution:
         """One real-time iteration from state ``x0`` (24,): linearise about the guess, solve, take the step.
 
-        Without a guess it starts from the reference; a pair (X, U) is a guess on the task's own times. A step that would move a pose coordinate or joint by more than
-        ``max_step`` is scaled down. When the quadratic program fails, the guess comes back with ``success`` False.
+        Without a guess it starts from the reference; a pair (X, U) is a guess on the task's own times. A step that would
+        move a pose coordinate or joint by more than ``max_step`` is scaled down. When the quadratic program fails, the guess
+        comes back with ``success`` False.
         """
         states, inputs, x0, task = self._start(x0, task, guess)
         clock = _Clock()

@@ -1,0 +1,174 @@
+"""From foothold plans to whole-body references."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.perception.regions import PlanarRegion
+from quadpips_drake.planning.plans import FootholdPlan, Stance
+from quadpips_drake.robots.legs import Leg
+from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.timing import StageTimings
+from quadpips_drake.trajectory.swing_optimizer import SwingOptimizer, SwingOptimizerConfig
+from quadpips_drake.trajectory.swing_optimizer_system import SwingTrajectoryOptimizer
+from quadpips_drake.trajectory.swing_task import region_halfspaces
+from quadpips_drake.trajectory.target_configuration import TargetConfig, find_target, foot_centers
+from tests.trajectory.walking import robot_state_of, uneven_plan
+
+STEPS = {"anymal_c": 0.2, "go2": 0.12}
+
+
+@pytest.fixture(scope="module", params=["anymal_c", "go2"])
+def optimizer(request):
+    return SwingOptimizer(load_robot(request.param))
+
+
+@pytest.fixture(scope="module")
+def trot(optimizer):
+    plan = uneven_plan(optimizer.robot, step=STEPS[optimizer.robot.name])
+    return plan, optimizer.optimize(optimizer.model.nominal_state(), plan, stamp=3.0)
+
+
+def test_all_swings_converge(trot):
+    plan, result = trot
+    assert result.success and not result.reason and result.fallbacks == 0
+    assert [report.status for report in result.reports] == ["converged"] * len(plan.swing_legs)
+    assert max(report.landing_error for report in result.reports) < 0.02
+    assert result.elapsed > 0
+
+
+def test_one_clock(trot):
+    plan, result = trot
+    reference = result.reference
+    assert reference.request_id == plan.request_id and reference.stamp == 3.0
+    assert reference.times[0] == 0.0 and reference.end_time == pytest.approx(0.5 * len(plan.swing_legs))
+    np.testing.assert_allclose(np.diff(reference.times), 0.01)
+    assert reference.states.shape == reference.inputs.shape == (len(reference.times), 24)
+    np.testing.assert_allclose(reference.schedule.event_times[:4], [0.05, 0.45, 0.55, 0.95])
+    for k, legs in enumerate(plan.swing_legs):
+        lifted = np.flatnonzero(~reference.schedule.at(0.5 * k + 0.25))
+        assert set(lifted) == set(legs)
+    assert reference.schedule.at(1e3).all()
+
+
+def test_feet_land_where_planned_and_stay(optimizer, trot):
+    plan, result = trot
+    reference, model = result.reference, optimizer.model
+    assert len(reference.footholds) == sum(len(legs) for legs in plan.swing_legs)
+    for target in reference.footholds:
+        landed = np.searchsorted(reference.times, target.touchdown_time + 0.03)
+        foot = model.foot_positions(reference.states[landed])[target.leg]
+        np.testing.assert_allclose(foot, target.position, atol=0.02)
+    for k in range(len(reference.times) - 1):
+        moved = model.foot_positions(reference.states[k + 1]) - model.foot_positions(reference.states[k])
+        assert np.abs(moved[reference.schedule.at(reference.times[k] + 0.005)]).max() < 2e-3
+
+
+def test_base_keeps_moving_between_swings(optimizer, trot):
+    plan, result = trot
+    at_seams = result.reference.states[[100, 150], 0]
+    assert (at_seams > 0.5 * STEPS[optimizer.robot.name]).all()
+    assert abs(result.reference.states[-1, 0]) < 0.1
+    if optimizer.robot.name == "anymal_c":
+        stopping = SwingOptimizer(optimizer.robot, SwingOptimizerConfig(carry_momentum=False))
+        stopped = stopping.optimize(optimizer.model.nominal_state(), plan)
+        assert stopped.success
+        assert (stopped.reference.states[[100, 150], 0] < at_seams).all()
+
+
+def test_walk_moves_one_leg_at_a_time(optimizer):
+    order = ((Leg.LH,), (Leg.LF,), (Leg.RH,), (Leg.RF,))
+    plan = uneven_plan(optimizer.robot, swings=4, step=0.1, legs=order)
+    result = optimizer.optimize(optimizer.model.nominal_state(), plan)
+    assert result.success and not result.reason
+    assert (~result.reference.schedule.stance).sum(axis=1).max() == 1
+
+
+def test_foothold_out_of_reach_ends_the_plan_before_it(optimizer):
+    plan = uneven_plan(optimizer.robot, swings=2, step=STEPS[optimizer.robot.name])
+    last = plan.stances[-1]
+    feet = last.footholds.copy()
+    feet[Leg.LF] += [1.5, 0.0, 0.0]
+    bad = Stance(feet, last.normals, last.regions, last.p_WB, last.rpy_WB)
+    result = optimizer.optimize(
+        optimizer.model.nominal_state(), FootholdPlan(0.0, 2, (*plan.stances[:-1], bad), plan.swing_legs)
+    )
+    assert result.success and len(result.reports) == 1
+    assert "swing 2 (LF+RH): no configuration reaches with LF" in result.reason
+
+
+def test_plan_without_stances_gives_no_samples(optimizer):
+    result = optimizer.optimize(optimizer.model.nominal_state(), FootholdPlan(0.0, 7, reason="no way"))
+    assert not result.success and result.reason == "no way" and result.reference.request_id == 7
+
+
+def test_failed_optimisation_falls_back_to_kinematics():
+    robot = load_robot("anymal_c")
+    config = SwingOptimizerConfig(max_iterations=1, max_violation=0.0, tolerance=1e-12)
+    optimizer = SwingOptimizer(robot, config)
+    result = optimizer.optimize(optimizer.model.nominal_state(), uneven_plan(robot, swings=2))
+    assert result.success and result.fallbacks == 2
+    assert [report.status for report in result.reports] == ["kinematic", "kinematic"]
+
+
+def test_target_is_sampled_when_the_nominal_pose_does_not_reach():
+    robot = load_robot("anymal_c")
+    feet = foot_centers(uneven_plan(robot).stances[0], robot.foot_radius)
+    rpy, nominal = np.zeros(3), np.array([0.0, 0.0, robot.nominal_base_height])
+    straight = find_target(robot, nominal, rpy, feet, TargetConfig())
+    assert straight.reached
+    np.testing.assert_allclose(straight.joints, robot.nominal_joints, atol=1e-2)
+    high = nominal + [0.0, 0.0, 0.09]
+    config = TargetConfig(vertical_range=0.12)
+    assert not find_target(robot, high, rpy, feet, TargetConfig(samples=1)).reached
+    found = find_target(robot, high, rpy, feet, config)
+    assert found.reached and found.p_WB[2] < high[2]
+    again = find_target(robot, high, rpy, feet, config)
+    np.testing.assert_array_equal(found.p_WB, again.p_WB)
+
+
+def test_region_halfspaces_hold_inside_the_region_only():
+    c, s = np.cos(0.3), np.sin(0.3)
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = [[c, 0, s], [0, 1, 0], [-s, 0, c]], [1.0, 2.0, 0.5]
+    square = np.array([[-0.1, -0.2], [0.1, -0.2], [0.1, 0.2], [-0.1, 0.2]])
+    normals, offsets = region_halfspaces(PlanarRegion(0, pose, square, square))
+
+    def distances(x, y, z=0.05):
+        return normals @ (pose[:3, :3] @ [x, y, z] + pose[:3, 3]) + offsets
+
+    np.testing.assert_allclose(sorted(distances(0, 0)), [0.1, 0.1, 0.2, 0.2])
+    assert distances(0.11, 0).min() < 0
+
+
+def test_system_plans_once_for_each_request():
+    robot, timings = load_robot("anymal_c"), StageTimings()
+    system = SwingTrajectoryOptimizer(robot, period=0.02, timings=timings)
+    x0 = SwingOptimizer(robot).model.nominal_state()
+    context = system.CreateDefaultContext()
+    system.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(robot_state_of(None, x0)))
+    plan = uneven_plan(robot, swings=1)
+    system.GetInputPort("foothold_plan").FixValue(context, AbstractValue.Make(FootholdPlan(0.0, 0)))
+    state = context.CloneState() if hasattr(context, "CloneState") else context.get_state().Clone()
+
+    def update():
+        system.CalcForcedUnrestrictedUpdate(context, state)
+        context.get_mutable_state().SetFrom(state)
+        return system.GetOutputPort("reference").Eval(context)
+
+    assert len(update().times) == 0
+    system.GetInputPort("foothold_plan").FixValue(context, AbstractValue.Make(plan))
+    first = update()
+    assert first.request_id == 1 and len(first.times) == 51
+    assert system.GetOutputPort("status").Eval(context).ok
+    assert system.GetOutputPort("swing_plan").Eval(context).reference is first
+    assert update() is first
+    assert timings.summary_ms()["swing"]["n"] == 1
+
+
+def test_bad_configuration():
+    with pytest.raises(UserInputError, match="samples"):
+        TargetConfig(samples=0)
+    with pytest.raises(UserInputError, match="time_step"):
+        SwingOptimizerConfig(time_step=0.0)
