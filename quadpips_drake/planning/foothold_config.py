@@ -18,7 +18,7 @@ class FootholdConfig:
     any_first_phase: bool = True
     """Whether a plan may begin with any phase of the gait; else always with the first."""
     max_steps: int = 8
-    """Most swings in a plan."""
+    """Most swings in a plan: 8 are four cycles of a trot, two of a walk."""
     local_radius: float = 1.25
     """Radius around the torso within which the local waypoint is taken from the torso path [m] (1.25 in the release)."""
     goal_tolerance: float = 0.12

@@ -95,7 +95,8 @@ class _Search:
             if node.cost > self._best_cost[self._family(node)] or node.depth == self._config.max_steps:
                 continue
             if result.expansions >= self._config.max_expansions:
-                return self._best_effort(result, f"the bound of {self._config.max_expansions} expansions was reached")
+                bound = f"the bound of {self._config.max_expansions} expansions was reached"
+                return self._best_effort(result, f"{bound}; {self._dead_end(result)}")
             if time.perf_counter() > self._deadline:
                 result.time_limit_hit = True
                 return self._best_effort(result, f"the time limit of {self._config.time_limit:g} s was reached")
@@ -190,59 +191,93 @@ class _Search:
         return result
 
     def _dead_end(self, result: _Result) -> str:
-        """Says in words why there was nothing left to expand."""
+        """Says in words what kept the search from coming nearer."""
         if result.combinations == 0:
             return "no foothold is within reach of the swinging legs"
+        nearest = f"the steps found lead no nearer than {min(node.to_go for node in self.nodes):.2f} m to the waypoint"
         if not result.refused.any():
-            return f"the steps lead no nearer than {min(node.to_go for node in self.nodes):.2f} m to the waypoint"
+            return nearest
         worst = int(np.argmax(result.refused))
         share = 100.0 * result.refused[worst] / result.combinations
-        return (
-            f"no stance leads nearer to the waypoint ({share:.0f} % of {result.combinations} refused: {REJECTIONS[worst]})"
-        )
+        return f"{nearest} ({share:.0f} % of {result.combinations} stances refused: {REJECTIONS[worst]})"
 
 
-def _local_path(p_WB, yaw: float, torso_path: TorsoPath, radius: float) -> np.ndarray:
-    """Returns x, y, yaw of the leading poses of the torso path within ``radius`` [m] of the base, at least one, (n, 3)."""
+@dataclass(frozen=True)
+class _Problem:
+    """A start stance and the regions to step on; what all attempts of one search share."""
+
+    usable: list
+    """PlanarRegions that may carry a foot, and the patches under feet without perceived ground."""
+    feet: np.ndarray
+    normals: np.ndarray
+    regions: np.ndarray
+    """Indices of the start regions in ``usable``, (4,)."""
+
+
+def _pose_problem(state: RobotState, regions, robot, config: FootholdConfig) -> _Problem:
+    """Attaches the feet and collects the regions that may carry one."""
+    usable = [region for region in regions.regions if may_carry_a_foot(region, config.max_slope)]
+    attachments = attach_feet(state, usable, robot)
+    usable += [attachment.region for attachment in attachments if not attachment.perceived]
+    position = {id(region): k for k, region in enumerate(usable)}
+    return _Problem(
+        usable=usable,
+        feet=np.array([attachment.point for attachment in attachments]),
+        normals=np.array([attachment.region.normal for attachment in attachments]),
+        regions=np.array([position[id(attachment.region)] for attachment in attachments]),
+    )
+
+
+def _local_path(state: RobotState, torso_path: TorsoPath, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Returns x, y, yaw of the leading poses of the torso path within ``radius`` [m], (n, 3), and the waypoint, (4,).
+
+    The path starts at the base's present pose; the waypoint, x, y, z, yaw, is the last of these poses.
+    """
     poses = torso_path.poses
-    far = np.flatnonzero(np.hypot(poses[:, 0] - p_WB[0], poses[:, 1] - p_WB[1]) > radius)
+    far = np.flatnonzero(np.hypot(*(poses[:, :2] - state.p_WB[:2]).T) > radius)
     count = max(int(far[0]) if len(far) else len(poses), min(2, len(poses)))
     path = poses[:count][:, [0, 1, 3]]
-    if np.hypot(path[0, 0] - p_WB[0], path[0, 1] - p_WB[1]) > 1e-3:
-        path = np.vstack([[p_WB[0], p_WB[1], yaw], path])
-    return np.ascontiguousarray(path, dtype=float)
+    if np.hypot(*(path[0, :2] - state.p_WB[:2])) > 1e-3:
+        path = np.vstack([[*state.p_WB[:2], state.rpy_WB[2]], path])
+    return np.ascontiguousarray(path, dtype=float), poses[count - 1]
 
 
-def _waypoint_counts(count: int, retries: int) -> list[int]:
+def _prefix_lengths(count: int, retries: int) -> list[int]:
     """Returns how many poses of the path to follow, in the order of the attempts: all, then fewer, down to a quarter."""
     fewest = min(count, max(2, count // 4))
     return sorted({int(k) for k in np.linspace(count, fewest, retries + 1)}, reverse=True)
 
 
-def _make_plan(search: _Search, result: _Result, usable, gait: SwingGait, **fields) -> FootholdPlan:
-    """Turns the chain of nodes into the plan."""
-    chain = search.stances(result.node)
-    stances = tuple(
-        Stance(node.feet, node.normals, tuple(usable[k] for k in node.regions), node.p_WB, node.rpy_WB) for node in chain
-    )
-    return FootholdPlan(
-        stances=stances,
-        swing_legs=tuple(search.swing_legs(node) for node in chain[:-1]),
-        gait=gait.name,
-        swing_duration=gait.swing_duration,
-        stance_duration=gait.stance_duration,
-        complete=result.complete,
-        **fields,
-    )
+def _attempt(problem: _Problem, path: np.ndarray, robot, config: FootholdConfig, deadline: float):
+    """Searches for waypoints ever nearer along ``path`` until one is reached.
+
+    Returns:
+        The search and result to make the plan of (the result has node -1 when there is none), the number of expansions in
+        all attempts, and whether one of them ran out of time.
+    """
+    gait, model, table = swing_gait(config.gait), make_transition_model(robot, config), make_region_table(problem.usable)
+    attempts = []
+    for count in _prefix_lengths(len(path), config.waypoint_retries):
+        search = _Search(gait, config, model, table, path[:count], deadline)
+        result = search.run(problem.feet, problem.normals, problem.regions)
+        result.complete &= count == len(path)
+        attempts.append((search, result))
+        if not result.reason:
+            break
+    expansions = sum(result.expansions for _, result in attempts)
+    late = any(result.time_limit_hit for _, result in attempts)
+    arrived = [attempt for attempt in attempts if not attempt[1].reason]
+    partial = [attempt for attempt in attempts if attempt[1].node >= 0]
+    return *(arrived + partial + attempts)[0], expansions, late
 
 
 def search_footholds(state: RobotState, regions, torso_path: TorsoPath, robot, config: FootholdConfig) -> FootholdPlan:
     """Finds the swings that lead from where the robot stands towards the local waypoint on the torso path.
 
-    A* over contact-mode families as in QuadPiPS section VI-C, its graph built lazily: phases of the gait in turn, footholds in
-    the swinging legs' superquadrics (eq. 15), stable stances (eqs. 16-17), bounded swings (eq. 18). The waypoint is the last
-    pose of the torso path within ``config.local_radius``. If nothing leads to it, earlier poses are tried; if nothing leads
-    there either, the stance with the most progress ends the plan. A plan also ends after ``config.max_steps``.
+    A* over contact-mode families as in QuadPiPS section VI-C, its graph built lazily: phases of the gait in turn, footholds
+    in the swinging legs' superquadrics (eq. 15), stable stances (eqs. 16-17), bounded swings (eq. 18). The waypoint is the
+    last pose of the torso path within ``config.local_radius``. If nothing leads to it, earlier poses are tried; if nothing
+    leads there either, the stance with the most progress ends the plan. A plan also ends after ``config.max_steps``.
 
     Args:
         state: measured state of the robot.
@@ -253,45 +288,29 @@ def search_footholds(state: RobotState, regions, torso_path: TorsoPath, robot, c
         A FootholdPlan; without stances and with a reason when there is none.
     """
     started = time.perf_counter()
-    stamp, request_id = state.stamp, torso_path.request_id
     if not torso_path.success:
-        return FootholdPlan(stamp, request_id, reason=torso_path.reason or "there is no torso path")
-    attachments = attach_feet(state, [r for r in regions.regions if may_carry_a_foot(r, config.max_slope)], robot)
-    usable = [r for r in regions.regions if may_carry_a_foot(r, config.max_slope)]
-    usable += [a.region for a in attachments if not a.perceived]
-    position = {id(region): k for k, region in enumerate(usable)}
-    feet = np.array([a.point for a in attachments])
-    normals = np.array([a.region.normal for a in attachments])
-    start = (feet, normals, np.array([position[id(a.region)] for a in attachments]))
-
-    gait, model, table = swing_gait(config.gait), make_transition_model(robot, config), make_region_table(usable)
-    full_path = _local_path(state.p_WB, float(state.rpy_WB[2]), torso_path, config.local_radius)
-    partial, reasons, expansions, time_limit_hit = None, [], 0, False
-    for count in _waypoint_counts(len(full_path), config.waypoint_retries):
-        search = _Search(gait, config, model, table, full_path[:count], started + config.time_limit)
-        result = search.run(*start)
-        expansions += result.expansions
-        time_limit_hit |= result.time_limit_hit
-        result.complete &= count == len(full_path)
-        if result.node >= 0 and not result.reason:
-            break
-        reasons.append(result.reason)
-        if result.node >= 0 and partial is None:
-            partial = (search, result)
-    else:
-        if partial is None:
-            elapsed = time.perf_counter() - started
-            return FootholdPlan(stamp, request_id, waypoint=_waypoint(torso_path, full_path), reason=reasons[0],
-                                expansions=expansions, elapsed=elapsed, complete=False,
-                                time_limit_hit=time_limit_hit)  # fmt: skip
-        search, result = partial
-    return _make_plan(
-        search, result, usable, gait, stamp=stamp, request_id=request_id, waypoint=_waypoint(torso_path, full_path),
-        expansions=expansions, elapsed=time.perf_counter() - started, time_limit_hit=time_limit_hit,
-    )  # fmt: skip
-
-
-def _waypoint(torso_path: TorsoPath, path: np.ndarray) -> np.ndarray:
-    """Returns x, y, z, yaw of the torso path's pose at the end of ``path``."""
-    offsets = np.hypot(torso_path.poses[:, 0] - path[-1, 0], torso_path.poses[:, 1] - path[-1, 1])
-    return torso_path.poses[int(np.argmin(offsets))]
+        reason = torso_path.reason or "there is no torso path"
+        return FootholdPlan(state.stamp, torso_path.request_id, reason=reason, complete=False)
+    problem = _pose_problem(state, regions, robot, config)
+    path, waypoint = _local_path(state, torso_path, config.local_radius)
+    search, result, expansions, late = _attempt(problem, path, robot, config, started + config.time_limit)
+    chain = search.stances(result.node)
+    gait = swing_gait(config.gait)
+    return FootholdPlan(
+        stamp=state.stamp,
+        request_id=torso_path.request_id,
+        stances=tuple(
+            Stance(node.feet, node.normals, tuple(problem.usable[k] for k in node.regions), node.p_WB, node.rpy_WB)
+            for node in chain
+        ),
+        swing_legs=tuple(search.swing_legs(node) for node in chain[:-1]),
+        gait=gait.name,
+        swing_duration=gait.swing_duration,
+        stance_duration=gait.stance_duration,
+        waypoint=waypoint,
+        reason="" if chain else result.reason,
+        expansions=expansions,
+        elapsed=time.perf_counter() - started,
+        complete=result.complete,
+        time_limit_hit=late,
+    )

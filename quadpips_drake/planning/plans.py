@@ -45,7 +45,7 @@ class Stance(ImmutableValue):
     normals: np.ndarray
     """Upward unit normal of the ground under each foot, (4, 3)."""
     regions: tuple
-    """The PlanarRegion under each foot, four of them (a small artificial one under a start foot without perceived ground)."""
+    """The PlanarRegion under each foot, four of them (a small made-up one, id < 0, where none was seen)."""
     p_WB: np.ndarray
     """Nominal position of the base above this stance [m], (3,)."""
     rpy_WB: np.ndarray

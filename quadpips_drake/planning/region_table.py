@@ -17,7 +17,7 @@ class RegionTable(NamedTuple):
     rotations: np.ndarray
     """Axes of the region frames in W, (n, 3, 3)."""
     insets: np.ndarray
-    """Inset polygons in the region frames [m], counter-clockwise, (n, m, 2); rows beyond ``counts`` repeat the first vertex."""
+    """Inset polygons in the region frames [m], counter-clockwise, (n, m, 2); spare rows repeat the first one."""
     counts: np.ndarray
     """Vertices of each inset, int64 (n,)."""
     radii: np.ndarray
@@ -49,8 +49,10 @@ def make_region_table(regions) -> RegionTable:
 
 @njit(cache=True)
 def nearest_in_polygon(u, v, polygon, count):
-    """Returns the point of a convex counter-clockwise ``polygon`` (first ``count`` rows) nearest to (u, v), and whether (u, v)
-    itself is inside."""
+    """Returns the point of a convex polygon nearest to (u, v), and whether (u, v) itself is inside.
+
+    The polygon is counter-clockwise, the first ``count`` rows of ``polygon``.
+    """
     inside = True
     best_u, best_v, best = u, v, np.inf
     for i in range(count):
@@ -99,7 +101,7 @@ def foothold_near(table, k, x, y, inward):
 
 
 def in_convex_polygon(point, polygon, tolerance=0.0) -> bool:
-    """Whether ``point`` (2,) lies in the convex counter-clockwise ``polygon`` (n, 2), or within ``tolerance`` of its edge lines."""
+    """Whether ``point`` (2,) lies in the convex counter-clockwise ``polygon`` (n, 2), or within ``tolerance`` [m] of it."""
     edges = np.roll(polygon, -1, axis=0) - polygon
     offsets = np.asarray(point) - polygon
     cross = edges[:, 0] * offsets[:, 1] - edges[:, 1] * offsets[:, 0]

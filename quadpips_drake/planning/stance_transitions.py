@@ -304,6 +304,24 @@ def edge_cost(feet, new_feet, swinging, p_WB, rpy_WB, new_p_WB, new_rpy_WB, mode
 
 
 @njit(cache=True)
+def _all_candidates(feet, normals, regions, swing_legs, aims, p_WB, R_WB, table, model):
+    """Returns ``leg_candidates`` of the first and of the last swinging leg.
+
+    A single leg is both; then one stand-in is enough for the last, whose footholds are not looked at.
+    """
+    first, last = swing_legs[0], swing_legs[-1]
+    points_a, normals_a, regions_a = leg_candidates(
+        first, feet[first], normals[first], regions[first], aims, p_WB, R_WB, table, model
+    )
+    if first == last:
+        return points_a, normals_a, regions_a, points_a[:1], normals_a[:1], regions_a[:1]
+    points_b, normals_b, regions_b = leg_candidates(
+        last, feet[last], normals[last], regions[last], aims, p_WB, R_WB, table, model
+    )
+    return points_a, normals_a, regions_a, points_b, normals_b, regions_b
+
+
+@njit(cache=True)
 def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, table, model):
     """Returns every permitted stance that one swing leads to.
 
@@ -317,54 +335,32 @@ def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, ta
         feet (k, 4, 3), normals (k, 4, 3), regions (k, 4), base positions (k, 3), rpy (k, 3), edge costs (k,), ways to go
         (k,), and the number of refused combinations for each of REJECTIONS.
     """
+    first, last = swing_legs[0], swing_legs[-1]
     swinging = np.zeros(4, dtype=np.bool_)
-    for leg in swing_legs:
-        swinging[leg] = True
-    R_WB = rotation_from_rpy(rpy_WB)
+    swinging[first] = swinging[last] = True
     aims = step_aims(feet, swinging, rpy_WB[2], path, remaining, model)
-    first = swing_legs[0]
-    last = swing_legs[-1]
-    points_a, normals_a, regions_a = leg_candidates(
-        first, feet[first], normals[first], regions[first], aims, p_WB, R_WB, table, model
+    points_a, normals_a, regions_a, points_b, normals_b, regions_b = _all_candidates(
+        feet, normals, regions, swing_legs, aims, p_WB, rotation_from_rpy(rpy_WB), table, model
     )
-    if len(swing_legs) == 2:
-        points_b, normals_b, regions_b = leg_candidates(
-            last, feet[last], normals[last], regions[last], aims, p_WB, R_WB, table, model
-        )
-    else:  # a single leg: one stand-in for the second, which is not looked at
-        points_b, normals_b, regions_b = points_a[:1], normals_a[:1], regions_a[:1]
-
     most = len(points_a) * len(points_b)
-    out_feet, out_normals = np.empty((most, 4, 3)), np.empty((most, 4, 3))
-    out_regions, out_p, out_rpy = np.empty((most, 4), dtype=np.int64), np.empty((most, 3)), np.empty((most, 3))
-    costs, ways = np.empty(most), np.empty(most)
+    out_feet, out_normals, out_regions = np.empty((most, 4, 3)), np.empty((most, 4, 3)), np.empty((most, 4), dtype=np.int64)
+    out_p, out_rpy, costs, ways = np.empty((most, 3)), np.empty((most, 3)), np.empty(most), np.empty(most)
     refused = np.zeros(len(REJECTIONS), dtype=np.int64)
     waypoint_yaw = path[-1, 2]
     facing = np.cos(rpy_WB[2] - waypoint_yaw)
-    count = 0
+    k = 0  # a refused combination leaves its place to the next one
     for a in range(len(points_a)):
         for b in range(len(points_b)):
-            new_feet, new_normals = out_feet[count], out_normals[count]
-            new_feet[:], new_normals[:], out_regions[count] = feet, normals, regions
-            if len(swing_legs) == 2:
-                new_feet[last], new_normals[last], out_regions[count, last] = points_b[b], normals_b[b], regions_b[b]
-            new_feet[first], new_normals[first], out_regions[count, first] = points_a[a], normals_a[a], regions_a[a]
-            new_p, new_rpy = base_pose_above(new_feet, model.base_height, model.max_tilt)
-            why = refusal(new_feet, new_normals, new_p, new_rpy, facing, waypoint_yaw, model)
+            out_feet[k], out_normals[k], out_regions[k] = feet, normals, regions
+            out_feet[k, last], out_normals[k, last], out_regions[k, last] = points_b[b], normals_b[b], regions_b[b]
+            out_feet[k, first], out_normals[k, first], out_regions[k, first] = points_a[a], normals_a[a], regions_a[a]
+            new_p, new_rpy = base_pose_above(out_feet[k], model.base_height, model.max_tilt)
+            why = refusal(out_feet[k], out_normals[k], new_p, new_rpy, facing, waypoint_yaw, model)
             if why >= 0:
                 refused[why] += 1
                 continue
-            out_p[count], out_rpy[count] = new_p, new_rpy
-            costs[count] = edge_cost(feet, new_feet, swinging, p_WB, rpy_WB, new_p, new_rpy, model)
-            ways[count], _ = distance_to_go(new_p[0], new_p[1], new_rpy[2], path, remaining, model.yaw_weight)
-            count += 1
-    return (
-        out_feet[:count],
-        out_normals[:count],
-        out_regions[:count],
-        out_p[:count],
-        out_rpy[:count],
-        costs[:count],
-        ways[:count],
-        refused,
-    )
+            out_p[k], out_rpy[k] = new_p, new_rpy
+            costs[k] = edge_cost(feet, out_feet[k], swinging, p_WB, rpy_WB, new_p, new_rpy, model)
+            ways[k], _ = distance_to_go(new_p[0], new_p[1], new_rpy[2], path, remaining, model.yaw_weight)
+            k += 1
+    return out_feet[:k], out_normals[:k], out_regions[:k], out_p[:k], out_rpy[:k], costs[:k], ways[:k], refused

@@ -70,8 +70,8 @@ def attach_feet(state, regions, robot) -> list[Attachment]:
 def start_ground(state, robot, margin: float, max_unevenness: float = 0.02) -> PlanarRegion | None:
     """Returns the rectangle around the feet as a region: the ground that a robot with a camera in front cannot see.
 
-    It is meant for the moment before the first step only, when the robot stands on ground that somebody chose for it; between
-    stepping stones the same assumption would be fatal. ``margin`` [m] goes beyond the feet on all sides.
+    It is meant for the moment before the first step only, when the robot stands on ground that somebody chose for it;
+    between stepping stones the same assumption would be fatal. ``margin`` [m] goes beyond the feet on all sides.
 
     Returns None when a foot is more than ``max_unevenness`` [m] off their common plane, or the plane is steep.
     """

@@ -8,7 +8,7 @@ from quadpips_drake.robots.legs import Leg
 
 @dataclass(frozen=True)
 class SwingGait:
-    """A cycle of swing phases; every phase lasts ``swing_duration`` and is followed by ``stance_duration`` on all feet [s]."""
+    """A cycle of swing phases, each of ``swing_duration`` and followed by ``stance_duration`` on all feet [s]."""
 
     name: str
     phases: tuple[tuple[Leg, ...], ...]

@@ -9,21 +9,20 @@ from quadpips_drake.planning.nominal_pose import wrap_angle
 
 
 @njit(cache=True)
+def _edge_cost(step, turn, yaw, penalty, yaw_weight, heading_weight):
+    """Cost of an edge that moves by ``step`` (3,) and turns by ``turn`` to ``yaw``; see ``search_lattice``."""
+    length = np.sqrt(np.sum(step * step))
+    factor = 1.0 + penalty
+    if np.hypot(step[0], step[1]) > 1e-6:
+        factor += heading_weight * 0.5 * (1.0 - np.cos(np.arctan2(step[1], step[0]) - yaw))
+    return length * factor + yaw_weight * turn
+
+
+@njit(cache=True)
 def search_lattice(
-    positions,
-    yaws,
-    penalty,
-    offsets,
-    neighbours,
-    start_yaw,
-    goal,
-    goal_yaw,
-    goal_yaw_weight,
-    yaw_weight,
-    max_edge_yaw,
-    heading_weight,
-    max_expansions,
-):
+    positions, yaws, penalty, offsets, neighbours, start_yaw, goal, goal_yaw,
+    goal_yaw_weight, yaw_weight, max_edge_yaw, heading_weight, max_expansions,
+):  # fmt: skip
     """Searches from position 0 to position ``goal``.
 
     An edge to the pose (p', yaw') costs |p' - p| (1 + penalty' + heading_weight (1 - cos(direction - yaw')) / 2)
@@ -60,18 +59,12 @@ def search_lattice(
         for edge in range(offsets[i], offsets[i + 1]):
             j = neighbours[edge]
             step = positions[j] - positions[i]
-            length = np.sqrt(np.sum(step * step))
-            direction = np.arctan2(step[1], step[0])
-            flat = np.hypot(step[0], step[1]) > 1e-6
             rest = np.sqrt(np.sum((positions[goal] - positions[j]) ** 2))
             for other in range(m):
                 turn = abs(wrap_angle(yaws[other] - yaws[k]))
                 if turn > max_edge_yaw or not np.isfinite(penalty[j, other]) or (j == i and other == k):
                     continue
-                factor = 1.0 + penalty[j, other]
-                if flat:
-                    factor += heading_weight * 0.5 * (1.0 - np.cos(direction - yaws[other]))
-                new_cost = cost[node] + length * factor + yaw_weight * turn
+                new_cost = cost[node] + _edge_cost(step, turn, yaws[other], penalty[j, other], yaw_weight, heading_weight)
                 child = j * m + other
                 if new_cost < cost[child] - 1e-12 and not closed[child]:
                     cost[child] = new_cost

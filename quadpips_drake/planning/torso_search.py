@@ -54,7 +54,11 @@ class TorsoConfig:
     pose_spacing: float = 0.10
     """Distance between the poses of the path [m]."""
     max_expansions: int = 20000
-    """Bound of the search."""
+    """Most expanded nodes."""
+    assume_start_ground: bool = True
+    """Whether the ground between the feet is taken for granted at the first request if it is not perceived."""
+    start_ground_margin: float = 0.10
+    """How far that ground reaches beyond the feet [m]."""
 
     def __post_init__(self):
         for name in ("planning_radius", "node_spacing", "max_edge_length", "max_edge_yaw", "leg_radius", "pose_spacing"):
@@ -157,7 +161,7 @@ def search_torso_path(
     nodes that are near in position and yaw. A* minimises distance plus weighted change of yaw, plus what it costs to
     move other than forward and over poor ground. The goal node is the one nearest to the goal; the goal itself if there is
     ground. If it cannot be reached, the nearest that can be reached takes its place. Unlike in the paper, a node counts
-    only if every leg would find ground near its nominal foothold, so the path crosses gaps that a step bridges, and no others.
+    only if every leg would find ground near its nominal foothold: the path crosses gaps that a step bridges, and no others.
 
     Args:
         p_WB: position of the base in W [m], (3,).

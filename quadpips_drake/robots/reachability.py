@@ -17,7 +17,7 @@ class LegChains(NamedTuple):
     """Geometry and limits of the four legs; a NamedTuple, so that numba takes it as it is."""
 
     offsets: np.ndarray
-    """Origins of HAA in B, HFE in the HAA frame, KFE in the HFE frame and the foot centre in the KFE frame [m], (4, 4, 3)."""
+    """Origins of HAA in B, HFE in the hip, KFE in the thigh, and the foot centre in the shank [m], (4, 4, 3)."""
     lower: np.ndarray
     """Joint limits [rad], (4, 3)."""
     upper: np.ndarray
@@ -57,8 +57,8 @@ def _within(angle, lower, upper):
 def in_leg_workspace(leg, x, y, z, chains, max_extension):
     """Whether leg ``leg`` reaches the foot centre (x, y, z) in B [m] within its joint limits, on its nominal knee branch.
 
-    ``max_extension`` bounds the distance from HFE to foot in the leg's plane, as a fraction of the straight leg's: a leg that
-    is nearly straight can neither follow the base nor push.
+    ``max_extension`` bounds the distance from HFE to foot in the leg's plane, as a fraction of the straight leg's: a leg
+    that is nearly straight can neither follow the base nor push.
 
     The same geometry as ``solve_leg``, which returns angles and prefers solutions near a guess; this one only answers
     yes or no, and 15 times faster, for it is asked some hundred thousand times in a search.

@@ -1,0 +1,241 @@
+"""When to plan, when to stop, when to give up: the state machine around the planner (QuadPiPS section VII-A)."""
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.planning.plans import FootholdPlan, PlanRequest, StageStatus
+from quadpips_drake.robots.robot_state import RobotState
+from quadpips_drake.values import ImmutableValue
+
+PHASES = ("standing_up", "pausing", "planning", "walking", "recovering", "goal_reached", "no_plan")
+
+
+@dataclass
+class MonitorConfig:
+    """When the monitor reacts; the paper names the events but gives no numbers for instability."""
+
+    goal_tolerance: float = 0.20
+    """The goal is reached when the base is this close to it, in xy [m]."""
+    goal_lost: float = 0.30
+    """A robot that was at the goal sets out again when it is further away than this [m]."""
+    stand_up_time: float = 0.5
+    """Least time for standing up at the start [s]."""
+    stand_up_timeout: float = 4.0
+    """Time after which standing up counts as done even if the robot still moves [s]."""
+    pause: float = 0.2
+    """Time at rest between a completed reference and the next request [s] (0.5 in the release)."""
+    retry_pause: float = 0.5
+    """Time between a failed plan and the next request, for newer regions [s]."""
+    planning_timeout: float = 3.0
+    """A request without a reference for this long has failed [s]."""
+    max_failed_plans: int = 5
+    """As many failures in a row end in no_plan."""
+    near_end: float = 0.15
+    """A reference is completed when the base is this close to its last position [m] and its time is over."""
+    completion_timeout: float = 1.0
+    """... or this long after its time is over [s], wherever the base is."""
+    max_tilt: float = 0.40
+    """|roll| or |pitch| above which the reference is aborted [rad]."""
+    joint_speed_ratio: float = 1.2
+    """Joint speed, as part of its limit, above which it is aborted if sustained [-]."""
+    torque_ratio: float = 0.98
+    """Torque, as part of its limit, that counts as saturated [-]."""
+    max_saturated_joints: int = 3
+    """More saturated joints than this, sustained, abort the reference."""
+    sustained: float = 0.2
+    """How long too fast joints or saturated torques are tolerated [s]."""
+    stabilise_time: float = 0.5
+    """Time at rest before the robot plans again after an abort [s]."""
+    calm_joint_speed: float = 0.5
+    """A robot at rest moves no joint faster than this [rad/s]."""
+    calm_base_speed: float = 0.10
+    """... and its base no faster than this [m/s]."""
+
+    def __post_init__(self):
+        if not 0.0 < self.goal_tolerance <= self.goal_lost:
+            raise UserInputError("the monitor needs 0 < goal_tolerance <= goal_lost")
+        if self.max_failed_plans < 1:
+            raise UserInputError(f"max_failed_plans must be at least 1, not {self.max_failed_plans}")
+        for name in ("pause", "retry_pause", "planning_timeout", "completion_timeout", "max_tilt", "stabilise_time"):
+            if getattr(self, name) < 0.0:
+                raise UserInputError(f"{name} must not be negative, is {getattr(self, name)}")
+
+
+class FollowedReference(Protocol):
+    """What the monitor reads of the reference that is being followed (a WholeBodyReference)."""
+
+    request_id: int
+    """The request behind it; 0 when there is nothing to follow."""
+    times: np.ndarray
+    """[s], (n,)"""
+    states: np.ndarray
+    """(n, 24); entries 6 to 8 are p_WB."""
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """Everything that the monitor looks at."""
+
+    time: float
+    state: RobotState
+    reference: FollowedReference
+    foothold_plan: FootholdPlan
+    trajectory_status: StageStatus
+    goal: np.ndarray
+
+    @property
+    def distance_to_goal(self) -> float:
+        """Of the base, in xy [m]."""
+        return float(np.hypot(*(self.state.p_WB[:2] - self.goal)))
+
+
+@dataclass(frozen=True, eq=False)
+class Monitor(ImmutableValue):
+    """The monitor's memory."""
+
+    request: PlanRequest
+    phase: str = "standing_up"
+    reason: str = "standing up"
+    since: float = 0.0
+    """When the phase began [s]."""
+    wait: float = 0.0
+    """How long a pause lasts [s]."""
+    strained_since: float = np.inf
+    """Since when joints have been too fast or torques saturated [s]; inf while they are not."""
+    calm_since: float = np.inf
+    """Since when the robot has been at rest [s]; inf while it is not."""
+    replans: int = 0
+    aborts: int = 0
+    failed_plans: int = 0
+    failed_in_a_row: int = 0
+
+
+def tilt_reason(state: RobotState, config: MonitorConfig) -> str:
+    """Says how far the base tilts if that is too far, else nothing."""
+    tilt = float(np.abs(state.rpy_WB[:2]).max())
+    return f"the base tilts by {tilt:.2f} rad" if tilt > config.max_tilt else ""
+
+
+def strain_reason(state: RobotState, robot, config: MonitorConfig) -> str:
+    """Says which joints are too fast or saturated, if any; a swing may do that for a moment."""
+    speed = np.abs(state.joint_velocities) / robot.velocity_limits
+    if speed.max() > config.joint_speed_ratio:
+        return f"joint {robot.joint_names[int(speed.argmax())]} turns at {speed.max():.0%} of its speed limit"
+    saturated = np.abs(state.joint_torques) > config.torque_ratio * robot.effort_limits
+    if np.count_nonzero(saturated) > config.max_saturated_joints:
+        return f"{np.count_nonzero(saturated)} joints are at their torque limit"
+    return ""
+
+
+def is_calm(state: RobotState, config: MonitorConfig) -> bool:
+    """Whether the robot is upright and at rest."""
+    slow = np.abs(state.joint_velocities).max() < config.calm_joint_speed
+    return bool(slow and np.linalg.norm(state.v_WB) < config.calm_base_speed and not tilt_reason(state, config))
+
+
+def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **changes) -> Monitor:
+    return replace(monitor, phase=phase, since=time, reason=reason, **changes)
+
+
+def advance(monitor: Monitor, now: Situation, robot, config: MonitorConfig) -> Monitor:
+    """Returns the monitor's memory after looking at the situation ``now``."""
+    strain = strain_reason(now.state, robot, config)
+    monitor = replace(
+        monitor,
+        strained_since=min(monitor.strained_since, now.time) if strain else np.inf,
+        calm_since=min(monitor.calm_since, now.time) if is_calm(now.state, config) else np.inf,
+    )
+    if monitor.phase in ("pausing", "planning", "walking", "goal_reached"):
+        reason = tilt_reason(now.state, config)
+        if not reason and now.time - monitor.strained_since >= config.sustained:
+            reason = strain
+        if reason:
+            return _enter(monitor, "recovering", now.time, reason, aborts=monitor.aborts + 1)
+    return _STEPS[monitor.phase](monitor, now, config)
+
+
+def _standing_up(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    lasted = now.time - monitor.since
+    if lasted >= config.stand_up_timeout or (lasted >= config.stand_up_time and np.isfinite(monitor.calm_since)):
+        return _pause(monitor, now, 0.0, "the robot stands", config)
+    return monitor
+
+
+def _pause(monitor: Monitor, now: Situation, wait: float, reason: str, config: MonitorConfig) -> Monitor:
+    """Rests before the next request; unless there is no need for one."""
+    if now.distance_to_goal <= config.goal_tolerance:
+        return _enter(monitor, "goal_reached", now.time, f"the base is {now.distance_to_goal:.2f} m from the goal")
+    return _enter(monitor, "pausing", now.time, reason, wait=wait)
+
+
+def _pausing(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    if now.time - monitor.since < monitor.wait - 1e-9:
+        return monitor
+    request = PlanRequest(monitor.request.id + 1, now.time, now.goal)
+    replans = monitor.replans + (monitor.request.id > 0)
+    return _enter(monitor, "planning", now.time, monitor.reason, request=request, replans=replans)
+
+
+def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    asked = monitor.request.id
+    if now.reference.request_id == asked and len(now.reference.times):
+        plan = now.foothold_plan
+        reason = f"{len(plan.swing_legs)} swings" if plan.request_id == asked else "a new reference"
+        return _enter(monitor, "walking", now.time, reason, failed_in_a_row=0)
+    for result, ok in ((now.foothold_plan, now.foothold_plan.success), (now.trajectory_status, now.trajectory_status.ok)):
+        if result.request_id == asked and not ok:
+            return _fail(monitor, now, result.reason, config)
+    if now.time - monitor.since >= config.planning_timeout:
+        return _fail(monitor, now, f"no reference came within {config.planning_timeout:g} s", config)
+    return monitor
+
+
+def _fail(monitor: Monitor, now: Situation, reason: str, config: MonitorConfig) -> Monitor:
+    in_a_row = monitor.failed_in_a_row + 1
+    monitor = replace(monitor, failed_in_a_row=in_a_row, failed_plans=monitor.failed_plans + 1)
+    if in_a_row >= config.max_failed_plans:
+        return _enter(monitor, "no_plan", now.time, f"{in_a_row} plans in a row failed: {reason}")
+    return _pause(monitor, now, config.retry_pause, f"the plan failed: {reason}", config)
+
+
+def _walking(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    reference = now.reference
+    if reference.request_id != monitor.request.id or not len(reference.times):
+        return _pause(monitor, now, config.pause, "the reference was dropped", config)
+    late = now.time - float(reference.times[-1])
+    distance = float(np.linalg.norm(now.state.p_WB - reference.states[-1, 6:9]))
+    if late >= 0.0 and distance <= config.near_end:
+        return _pause(monitor, now, config.pause, "the reference is completed", config)
+    if late >= config.completion_timeout:
+        return _pause(monitor, now, config.pause, f"the reference ended {distance:.2f} m away", config)
+    return monitor
+
+
+def _recovering(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    if now.time - max(monitor.calm_since, monitor.since) >= config.stabilise_time:
+        return _pause(monitor, now, 0.0, f"recovered after: {monitor.reason}", config)
+    return monitor
+
+
+def _goal_reached(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    if now.distance_to_goal > config.goal_lost:
+        return _pause(monitor, now, config.pause, "the goal was lost", config)
+    return monitor
+
+
+def _no_plan(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    return monitor
+
+
+_STEPS = {
+    "standing_up": _standing_up,
+    "pausing": _pausing,
+    "planning": _planning,
+    "walking": _walking,
+    "recovering": _recovering,
+    "goal_reached": _goal_reached,
+    "no_plan": _no_plan,
+}

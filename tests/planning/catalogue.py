@@ -1,0 +1,11 @@
+"""One instance of every LeafSystem of this stage, for the test that compares docstrings with ports."""
+
+from quadpips_drake.planning.foothold_planner_system import FootholdPlanner
+from quadpips_drake.planning.replan_monitor_system import ReplanMonitor
+from quadpips_drake.planning.torso_planner_system import TorsoPlanner
+from quadpips_drake.robots.robot_model import load_robot
+
+
+def make_systems() -> list:
+    robot = load_robot("anymal_c")
+    return [TorsoPlanner(robot), FootholdPlanner(robot), ReplanMonitor(robot, [2.0, 0.0])]
