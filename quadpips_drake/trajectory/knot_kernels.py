@@ -13,7 +13,7 @@ from quadpips_drake.trajectory.terms.friction_cone import INACTIVE_BOUND, fricti
 from quadpips_drake.trajectory.terms.joint_limits import add_box_limits, add_torque_limits
 from quadpips_drake.trajectory.terms.stance_foot import stance_foot
 from quadpips_drake.trajectory.terms.swing_foot import swing_foot
-from quadpips_drake.trajectory.terms.tracking_cost import add_foot_tracking, add_tracking
+from quadpips_drake.trajectory.terms.tracking_cost import add_angular_momentum_tracking, add_foot_tracking, add_tracking
 from quadpips_drake.trajectory.terms.zero_force import zero_force
 
 STATES, INPUTS, FREE = 24, 24, 12
@@ -27,6 +27,7 @@ class OcpParameters(NamedTuple):
     tree: KinematicTree
     state_weights: np.ndarray
     input_weights: np.ndarray
+    angular_momentum_weights: np.ndarray
     foot_position_weights: np.ndarray
     foot_velocity_weights: np.ndarray
     position_barrier: tuple
@@ -111,6 +112,7 @@ def _stage_cost(parameters, task, k, x, u, dt, feet, geometry, hessian, linear):
     cost = add_tracking(
         x, u, task.x_ref[k], task.u_ref[k], parameters.state_weights, parameters.input_weights, dt, hessian, linear
     )
+    cost += add_angular_momentum_tracking(x, task.x_ref[k], parameters.angular_momentum_weights, dt, hessian, linear)
     mu, delta = parameters.position_barrier
     cost += add_box_limits(x[12:], parameters.position_lower, parameters.position_upper, mu, delta, dt, 12, hessian, linear)
     mu, delta = parameters.velocity_barrier

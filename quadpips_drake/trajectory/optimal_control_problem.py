@@ -128,15 +128,16 @@ class OptimalControlProblem:
     def _start(self, x0, task, guess):
         if task.num_knots != self.num_knots:
             raise ValueError(f"this problem has {self.num_knots} knots, the task {task.num_knots}")
+        # Yaw may differ by whole turns between measurement, reference and guess; the reference decides.
+        x0 = np.array(x0, dtype=float)
+        x0[_YAW] += _whole_turns(task.x_ref[0, _YAW] - x0[_YAW])
         if guess is None:
             guess = self.initial_guess(x0, task)
         elif isinstance(guess, tuple):
             guess = Guess(*guess, np.asarray(task.times, dtype=float))
         elif not np.array_equal(guess.times, task.times):
             guess = shift_guess(guess, task.times)
-        # Yaw may differ by whole turns between measurement, reference and guess; the reference decides.
-        x0, states = np.array(x0, dtype=float), np.array(guess.X, dtype=float)
-        x0[_YAW] += _whole_turns(task.x_ref[0, _YAW] - x0[_YAW])
+        states = np.array(guess.X, dtype=float)
         states[:, _YAW] += _whole_turns(x0[_YAW] - states[0, _YAW])
         return states, np.array(guess.U, dtype=float), x0, task
 
@@ -225,10 +226,11 @@ def _parameters(model, config):
     weights, robot = config.weights, model.robot
     # Angular momentum / mass per rad/s, so that its weight means one on angular velocity.
     lever = np.diag(model.locked_inertia(robot.nominal_joints)) / model.mass
+    turning = np.asarray(weights.angular_velocity) / lever**2
     state_weights = np.concatenate(
         (
             weights.linear_velocity,
-            np.asarray(weights.angular_velocity) / lever**2,
+            [0.0, 0.0, turning[2]],  # about x and y: see add_angular_momentum_tracking
             weights.base_position,
             weights.base_orientation,
             np.tile(weights.joint_position, 4),
@@ -239,6 +241,7 @@ def _parameters(model, config):
         model.tree,
         state_weights.astype(float),
         np.concatenate((np.tile(weights.contact_force, 4), np.tile(weights.joint_velocity, 4))).astype(float),
+        turning[:2].astype(float),
         np.array(weights.foot_position, dtype=float),
         np.array(weights.foot_velocity, dtype=float),
         *((float(b.mu), float(b.delta)) for b in (*barriers, config.foothold_barrier)),

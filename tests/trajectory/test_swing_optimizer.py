@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception.regions import PlanarRegion
@@ -119,7 +120,7 @@ def test_target_is_sampled_when_the_nominal_pose_does_not_reach():
     straight = find_target(robot, nominal, rpy, feet, TargetConfig())
     assert straight.reached
     np.testing.assert_allclose(straight.joints, robot.nominal_joints, atol=1e-2)
-    high = nominal + [0.0, 0.0, 0.09]
+    high = nominal + np.array([0.0, 0.0, 0.09])
     config = TargetConfig(vertical_range=0.12)
     assert not find_target(robot, high, rpy, feet, TargetConfig(samples=1)).reached
     found = find_target(robot, high, rpy, feet, config)
@@ -150,20 +151,19 @@ def test_system_plans_once_for_each_request():
     system.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(robot_state_of(None, x0)))
     plan = uneven_plan(robot, swings=1)
     system.GetInputPort("foothold_plan").FixValue(context, AbstractValue.Make(FootholdPlan(0.0, 0)))
-    state = context.CloneState() if hasattr(context, "CloneState") else context.get_state().Clone()
+    simulator = Simulator(system, context)
 
-    def update():
-        system.CalcForcedUnrestrictedUpdate(context, state)
-        context.get_mutable_state().SetFrom(state)
+    def reference_at(time):
+        simulator.AdvanceTo(time)
         return system.GetOutputPort("reference").Eval(context)
 
-    assert len(update().times) == 0
+    assert len(reference_at(0.03).times) == 0
     system.GetInputPort("foothold_plan").FixValue(context, AbstractValue.Make(plan))
-    first = update()
+    first = reference_at(0.05)
     assert first.request_id == 1 and len(first.times) == 51
     assert system.GetOutputPort("status").Eval(context).ok
     assert system.GetOutputPort("swing_plan").Eval(context).reference is first
-    assert update() is first
+    assert reference_at(0.1) is first
     assert timings.summary_ms()["swing"]["n"] == 1
 
 

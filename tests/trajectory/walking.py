@@ -43,7 +43,7 @@ def uneven_plan(robot, swings=4, step=0.2, legs=DIAGONALS, regions=(None,) * 4, 
     """A plan of ``swings`` swings forward over footholds of different heights."""
     rng = np.random.default_rng(0)
     radius, height = robot.foot_radius, robot.nominal_base_height
-    nominal = robot.nominal_footholds_B + [0.0, 0.0, height - radius]
+    nominal = robot.nominal_footholds_B + np.array([0.0, 0.0, height - radius])
     normals = np.tile([0.0, 0.0, 1.0], (4, 1))
     feet, stances, order = nominal.copy(), [], []
     for k in range(swings + 1):

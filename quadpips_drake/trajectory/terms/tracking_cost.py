@@ -22,6 +22,24 @@ def add_tracking(x, u, x_ref, u_ref, state_weights, input_weights, weight, hessi
 
 
 @njit(cache=True)
+def add_angular_momentum_tracking(x, x_ref, weights, weight, hessian, linear):
+    """Adds the cost of angular momentum about the horizontal axes, whose weights (2,) differ: roll and pitch of the robot,
+    so they belong to the axes of the reference's heading. Returns the cost."""
+    c, s = np.cos(x_ref[11]), np.sin(x_ref[11])
+    xx = weight * (c * c * weights[0] + s * s * weights[1])
+    yy = weight * (s * s * weights[0] + c * c * weights[1])
+    xy = weight * c * s * (weights[0] - weights[1])
+    ex, ey = x[3] - x_ref[3], x[4] - x_ref[4]
+    linear[3] += xx * ex + xy * ey
+    linear[4] += xy * ex + yy * ey
+    hessian[3, 3] += xx
+    hessian[4, 4] += yy
+    hessian[3, 4] += xy
+    hessian[4, 3] += xy
+    return 0.5 * (xx * ex * ex + yy * ey * ey) + xy * ex * ey
+
+
+@njit(cache=True)
 def add_foot_tracking(p, v, p_ref, v_ref, p_x, v_x, v_u, position_weights, velocity_weights, weight, hessian, linear):
     """Adds weight / 2 (|p - p_ref|^2 + |v - v_ref|^2) for one foot, Gauss-Newton with its Jacobians. Returns the cost."""
     n = p_x.shape[1]
