@@ -15,6 +15,7 @@ from quadpips_drake.benchmark.trial_log import TrialLog
 from quadpips_drake.config import save_config
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram
 from quadpips_drake.errors import UserInputError, unknown_name
+from quadpips_drake.planning.replan_monitor import PHASES
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.timing import StageTimings
@@ -66,7 +67,8 @@ class Trial:
         self.config = config
         self.robot = load_robot(config.robot)
         self.terrain = load_terrain(config.terrain, seed=config.seed, start=config.start or None, goal=config.goal or None)
-        problem = self.terrain.problem_with_start() or self.terrain.problem_with_goal()
+        footprint = self.robot.nominal_footholds_B[:, :2]
+        problem = self.terrain.problem_with_start(footprint) or self.terrain.problem_with_goal()
         if problem:
             raise UserInputError(problem)
         self.timings = StageTimings()
@@ -79,6 +81,7 @@ class Trial:
         self.judge = TrialJudge(self.terrain, config.stages.judge)
         self.log = TrialLog()
         self.progress: list = []
+        self._swing_plans: dict = {}
         self.verdict: Verdict | None = None
         self.wall_time = 0.0
 
@@ -115,7 +118,8 @@ class Trial:
         """Logs the present moment and judges it."""
         observation = self.diagram.observe(self.context)
         state = observation.robot_state
-        self.log.append(state, observation.foot_positions, observation.reference, phase=observation.phase)
+        self._swing_plans[observation.swing_plan.reference.request_id] = observation.swing_plan
+        self.log.append(state, observation.foot_positions, observation.reference, phase=PHASES.index(observation.phase))
         if not self.progress or state.stamp - self.progress[-1][0] >= PROGRESS_PERIOD - 1e-9:
             initial = np.linalg.norm(np.asarray(self.terrain.start[:2]) - np.asarray(self.terrain.goal))
             fraction = 1.0 - self.judge.distance_to_goal(state) / max(initial, 1e-9)
@@ -147,7 +151,10 @@ class Trial:
             progress=self.progress,
             timings_ms=self.timings.summary_ms(),
             replans=observation.replans,
-            fallbacks=observation.fallbacks,
+            fallbacks={
+                **observation.fallbacks,
+                "swing_trajectory": sum(plan.fallbacks for plan in self._swing_plans.values()),
+            },
             footholds=foothold_statistics(self.log.references, arrays["time"], arrays["foot_positions"], arrays["contacts"])
             if len(self.log)
             else {"planned": 0, "slipped": 0, "missed": 0},

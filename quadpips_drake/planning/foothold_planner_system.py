@@ -5,11 +5,11 @@ from contextlib import nullcontext
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.perception.port_examples import example_robot_state
 from quadpips_drake.planning.foothold_config import FootholdConfig
 from quadpips_drake.planning.foothold_search import search_footholds
 from quadpips_drake.planning.plans import FootholdPlan
 from quadpips_drake.planning.torso_planner_system import no_torso_path
+from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.timing import StageTimings
 
 
@@ -48,7 +48,7 @@ class FootholdPlanner(LeafSystem):
         self._robot = robot
         self._config = config or FootholdConfig()
         self._timings = timings
-        self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(example_robot_state()))
+        self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(empty_robot_state()))
         self._torso_path = self.DeclareAbstractInputPort("torso_path", AbstractValue.Make(no_torso_path()))
         self._plan = self.DeclareAbstractState(AbstractValue.Make(no_foothold_plan()))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)

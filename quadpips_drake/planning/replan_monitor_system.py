@@ -7,10 +7,10 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.port_examples import example_robot_state
 from quadpips_drake.planning.foothold_planner_system import no_foothold_plan
 from quadpips_drake.planning.plans import MonitorStatus, PlanRequest, StageStatus
 from quadpips_drake.planning.replan_monitor import Monitor, MonitorConfig, Situation, advance
+from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.values import ImmutableValue
 
 
@@ -71,7 +71,7 @@ class ReplanMonitor(LeafSystem):
         if self._goal.shape != (2,) or not np.isfinite(self._goal).all():
             raise UserInputError(f"the goal must be two finite numbers x, y [m], not {goal}")
         self._config = config or MonitorConfig()
-        self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(example_robot_state()))
+        self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(empty_robot_state()))
         self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(_NothingToFollow()))
         self._foothold_plan = self.DeclareAbstractInputPort("foothold_plan", AbstractValue.Make(no_foothold_plan()))
         self._trajectory_status = self.DeclareAbstractInputPort(

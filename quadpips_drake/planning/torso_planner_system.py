@@ -7,11 +7,11 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.perception.port_examples import example_robot_state
 from quadpips_drake.perception.regions import PlanarRegion, RegionSet
 from quadpips_drake.planning.plans import PlanRequest, TorsoPath
 from quadpips_drake.planning.start_stance import attach_feet, start_ground, with_region
 from quadpips_drake.planning.torso_search import TorsoConfig, search_torso_path
+from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values import ImmutableValue
 
@@ -65,7 +65,7 @@ class TorsoPlanner(LeafSystem):
         self._robot = robot
         self._config = config or TorsoConfig()
         self._timings = timings
-        self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(example_robot_state()))
+        self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(empty_robot_state()))
         self._region_set = self.DeclareAbstractInputPort("region_set", AbstractValue.Make(RegionSet(0.0)))
         self._request = self.DeclareAbstractInputPort("plan_request", AbstractValue.Make(no_request()))
         self._memory = self.DeclareAbstractState(AbstractValue.Make(_Memory(no_torso_path())))
