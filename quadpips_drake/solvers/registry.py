@@ -11,13 +11,20 @@ from quadpips_drake.solvers.proxqp_solver import ProxQpSolver
 from quadpips_drake.solvers.qp_solver import QpSolver, SolveDetails
 
 _FACTORIES = {
-    "piqp": lambda: PiqpSolver("sparse_multistage"),
-    "piqp_ldlt": lambda: PiqpSolver("sparse_ldlt"),
-    "piqp_dense": lambda: PiqpSolver("dense_cholesky"),
-    "proxqp": ProxQpSolver,
-    "osqp": OsqpSolver,
-    "clarabel": ClarabelSolver,
+    "piqp": lambda tolerance: PiqpSolver("sparse_multistage", **_piqp_settings(tolerance)),
+    "piqp_ldlt": lambda tolerance: PiqpSolver("sparse_ldlt", **_piqp_settings(tolerance)),
+    "piqp_dense": lambda tolerance: PiqpSolver("dense_cholesky", **_piqp_settings(tolerance)),
+    "proxqp": lambda tolerance: ProxQpSolver(**({} if tolerance is None else {"eps_abs": tolerance})),
+    "osqp": lambda tolerance: OsqpSolver(),
+    "clarabel": lambda tolerance: ClarabelSolver(),
 }
+
+
+def _piqp_settings(tolerance):
+    if tolerance is None:
+        return {}
+    # Two rounds of equilibration do as well as PIQP's ten on our problems and take a fifth of the time.
+    return {"eps_abs": tolerance, "eps_rel": tolerance, "check_duality_gap": False, "preconditioner_iter": 2}
 
 
 def solver_names() -> list[str]:
@@ -25,11 +32,17 @@ def solver_names() -> list[str]:
     return sorted(_FACTORIES)
 
 
-def make_solver(name: str):
-    """Returns a new pydrake SolverInterface for quadratic programs."""
+def make_solver(name: str, tolerance: float | None = None):
+    """Returns a new pydrake SolverInterface for quadratic programs.
+
+    Args:
+        name: see ``solver_names``.
+        tolerance: on the residuals, for controllers that trade accuracy for time; None for each solver's own default.
+            Drake's own solvers keep theirs.
+    """
     if name not in _FACTORIES:
         raise unknown_name("solver", name, _FACTORIES)
-    return _FACTORIES[name]()
+    return _FACTORIES[name](tolerance)
 
 
 def solve_program(solver, prog, initial_guess=None) -> tuple[np.ndarray, SolveDetails]:

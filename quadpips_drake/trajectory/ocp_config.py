@@ -83,11 +83,13 @@ class OcpConfig:
     """Largest change of a pose coordinate or joint in one real-time iteration [m, rad]; larger steps are scaled down."""
     solver: str = "piqp"
     """Back-end for the quadratic programs, see quadpips_drake.solvers.registry."""
+    qp_tolerance: float = 1e-5
+    """Tolerance on the residuals of the quadratic programs [-]."""
 
     def __post_init__(self):
         if self.friction <= 0:
             raise UserInputError(f"friction must be > 0, not {self.friction}")
         if self.swing_constraint_directions not in (1, 3):
             raise UserInputError(f"swing_constraint_directions must be 1 or 3, not {self.swing_constraint_directions}")
-        if self.min_normal_force < 0 or self.max_step <= 0 or self.terminal_horizon <= 0:
-            raise UserInputError("min_normal_force must be >= 0, max_step and terminal_horizon > 0")
+        if self.min_normal_force < 0 or min(self.max_step, self.terminal_horizon, self.qp_tolerance) <= 0:
+            raise UserInputError("min_normal_force must be >= 0; max_step, terminal_horizon and qp_tolerance must be > 0")

@@ -39,7 +39,7 @@ class OptimalControlProblem:
         self._parameters = _parameters(model, config)
         self._blocks = make_blocks(num_knots)
         self._program = StageProgram(num_knots)
-        self._solver = make_solver(config.solver)
+        self._solver = make_solver(config.solver, config.qp_tolerance)
         self._terminal_cost = self._regulator_cost() if config.terminal_cost_scale > 0 else np.zeros((24, 24))
 
     def initial_guess(self, x0, task: TrackingTask) -> Guess:
@@ -163,7 +163,9 @@ class OptimalControlProblem:
         if not details.success:
             clock.failure = details.status
             return None
-        return self._program.steps(solution, self._blocks)
+        state_steps, input_steps = self._program.steps(solution, self._blocks)
+        state_steps[0] = x0 - states[0]  # known, however tolerant the solver
+        return state_steps, input_steps
 
     def _line_search(self, arrays, states, inputs, step, cost, violation, clock):
         """Returns (states, inputs, cost, violation, step length) of the first acceptable trial, or None.
