@@ -54,12 +54,15 @@ def attach_feet(state, regions, robot) -> list[Attachment]:
     A foot without any, be it in the air or on ground that the camera has not seen, gets a small level patch with a negative
     id, so that a plan can start in every situation.
     """
+    origins = np.array([region.center for region in regions]).reshape(-1, 3)
+    radii = np.array([np.linalg.norm(region.boundary, axis=1).max() for region in regions])
     attachments = []
     for leg, center in zip(Leg, foot_centers(state, robot), strict=True):
-        distances = [_distance_to_plane(region, center, robot.foot_radius) for region in regions]
+        near = np.flatnonzero(np.hypot(*(origins[:, :2] - center[:2]).T) <= radii)
+        distances = [_distance_to_plane(regions[k], center, robot.foot_radius) for k in near]
         nearest = int(np.argmin(distances)) if distances else -1
         if nearest >= 0 and distances[nearest] < CONTACT_DISTANCE:
-            region = regions[nearest]
+            region = regions[near[nearest]]
             attachments.append(Attachment(center - robot.foot_radius * region.normal, region, True))
         else:
             point = center - np.array([0.0, 0.0, robot.foot_radius])

@@ -58,7 +58,8 @@ def make_support_map(regions, resolution: float = 0.04, border: float = 0.6) -> 
 def ground_penalty(support: SupportMap, poses: np.ndarray, ground: np.ndarray, robot, config) -> np.ndarray:
     """Returns the extra cost per metre of poses of the base over poor ground, (...); inf where a leg finds none.
 
-    It is ``support_weight`` times the mean distance of the nominal footholds from steppable ground, over ``leg_radius``.
+    It is ``support_weight`` times the mean distance of the nominal footholds from steppable ground, as far as it exceeds
+    ``free_miss``, over ``leg_radius``.
 
     Args:
         poses: x, y, yaw of the base in W, (..., 3).
@@ -72,4 +73,5 @@ def ground_penalty(support: SupportMap, poses: np.ndarray, ground: np.ndarray, r
     distance, height = support.look_up(np.stack([x, y], axis=-1))
     within = (distance <= config.leg_radius) & (np.abs(height - ground[..., None]) <= config.max_height_difference)
     miss = np.where(within, distance, np.inf)
-    return config.support_weight * miss.mean(axis=-1) / config.leg_radius
+    excess = np.maximum(miss - config.free_miss, 0.0)
+    return config.support_weight * excess.mean(axis=-1) / config.leg_radius

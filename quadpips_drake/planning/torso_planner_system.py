@@ -92,7 +92,7 @@ class TorsoPlanner(LeafSystem):
             path = search_torso_path(
                 robot_state.p_WB,
                 float(robot_state.rpy_WB[2]),
-                with_region(regions, ground),
+                with_region(regions, ground) if regions.regions else regions,  # nobody walks blindly
                 request.goal,
                 self._robot,
                 self._config,

@@ -39,6 +39,8 @@ class TorsoConfig:
     """Extra cost of moving sideways or backward, per metre: up to this much."""
     leg_radius: float = 0.22
     """A pose is left out unless each leg has steppable ground within this distance of its nominal foothold [m]."""
+    free_miss: float = 0.04
+    """A foothold that far from steppable ground costs nothing [m]: the seams between the insets of neighbouring regions."""
     max_height_difference: float = 0.30
     """... at a height that differs by no more than this from the ground under the base [m]."""
     support_weight: float = 3.0
