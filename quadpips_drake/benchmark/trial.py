@@ -1,6 +1,7 @@
 """One trial: a robot, a terrain, a planner and a seed, simulated until the judge says that it is over."""
 
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -84,6 +85,7 @@ class Trial:
         self._swing_plans: dict = {}
         self.verdict: Verdict | None = None
         self.wall_time = 0.0
+        self.traceback = ""
 
     def run(self, progress: Callable[[float], None] | None = None) -> Verdict:
         """Simulates until the verdict; whatever goes wrong inside becomes a verdict too.
@@ -109,7 +111,8 @@ class Trial:
             self.verdict = Verdict("error", "interrupted")
             raise
         except (RuntimeError, ValueError, FloatingPointError) as error:
-            self.verdict = Verdict("error", f"the simulation stopped: {str(error).splitlines()[0]}")
+            self.traceback = traceback.format_exc()
+            self.verdict = Verdict("error", f"the simulation stopped: {(str(error) or repr(error)).splitlines()[0]}")
         finally:
             self.wall_time = time.perf_counter() - started
         return self.verdict
@@ -167,7 +170,7 @@ def run_trial(
 ) -> TrialResult:
     """Runs a trial and writes result.json, config.yaml, log.npz and (if wanted) recording.html into ``out``.
 
-    What was computed is written even when the trial is interrupted or breaks off. For a start or goal that makes no sense
+    What was computed is written even when the trial is interrupted or breaks off; then error.txt has the details. For a start or goal that makes no sense
     result.json says so before the UserInputError goes on to the caller.
 
     Args:
@@ -179,6 +182,8 @@ def run_trial(
     """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
+    for stale in ("result.json", "recording.html", "log.npz", "error.txt"):
+        (out / stale).unlink(missing_ok=True)
     save_config(config, out / "config.yaml")
     if recording and meshcat is None:
         from quadpips_drake.visualization.recording import make_quiet_meshcat
@@ -206,6 +211,8 @@ def run_trial(
         result = trial.result()
         result.save(out / "result.json")
         trial.log.save(out / "log.npz")
+        if trial.traceback:
+            (out / "error.txt").write_text(trial.traceback, encoding="utf-8")
         if recording:
             trial.diagram.save_recording(out / "recording.html")
     return result

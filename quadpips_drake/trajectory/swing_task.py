@@ -110,13 +110,12 @@ def _body_rates(rpy, rate):
 def _halfspaces(setup, stance, times):
     """Regions of the legs that have landed, as rows normals @ p + offsets >= 0; the others keep zeros."""
     landed = times[:-1] >= setup.touchdown_time - 1e-9
-    regions = {leg: setup.regions[leg] for leg in setup.legs if setup.regions[leg] is not None}
-    if not regions:
+    halfspaces = {leg: region_halfspaces(setup.regions[leg]) for leg in setup.legs if setup.regions[leg] is not None}
+    if not halfspaces:
         return None, None
-    rows = max(len(region.inset) for region in regions.values())
+    rows = max(len(b) for _, b in halfspaces.values())
     normals, offsets = np.zeros((*stance.shape, rows, 3)), np.zeros((*stance.shape, rows))
-    for leg, region in regions.items():
-        a, b = region_halfspaces(region)
+    for leg, (a, b) in halfspaces.items():
         normals[landed, leg, : len(b)], offsets[landed, leg, : len(b)] = a, b
     return normals, offsets
 
