@@ -27,7 +27,7 @@ FORMATS = ("svg", "png", "pdf", "dot")
 
 
 def diagram(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="station, perception, tracking or quadpips.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="station, perception, planning, tracking or quadpips.")],
     out: Annotated[Path | None, typer.Option(metavar="FILE.svg", help="Or .png, .pdf, .dot. Default: NAME.svg.")] = None,
     robot: Annotated[str, typer.Option(metavar="NAME", help="anymal_c or go2.")] = "anymal_c",
     terrain: Annotated[str, typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list'.")] = "flat",
@@ -52,7 +52,13 @@ def diagram(
 
 def _builders() -> dict:
     """Name -> function of RobotModel and Terrain that builds the diagram."""
-    return {"station": _station, "perception": _perception, "tracking": _tracking, "quadpips": _quadpips}
+    return {
+        "station": _station,
+        "perception": _perception,
+        "planning": _planning,
+        "tracking": _tracking,
+        "quadpips": _quadpips,
+    }
 
 
 def _station(robot, terrain):
@@ -66,6 +72,12 @@ def _perception(robot, terrain):
     from quadpips_drake.perception.config import PerceptionConfig
 
     return make_perception_module(robot, _station(robot, terrain).camera_intrinsics, PerceptionConfig())
+
+
+def _planning(robot, terrain):
+    from quadpips_drake.diagrams.planning_module import PlanningModule
+
+    return PlanningModule(robot, terrain.goal)
 
 
 def _tracking(robot, terrain):

@@ -105,7 +105,7 @@ class RunProgress:
 
     def __init__(self, duration: float):
         self._duration = duration
-        self._started: float | None = None
+        self._first: tuple[float, float] | None = None
         self._next_line = 0.0
         columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[status]}"))
         self._bar = Progress(*columns, console=console.messages, transient=True)
@@ -125,9 +125,12 @@ class RunProgress:
     def __call__(self, sim_time: float) -> None:
         """Takes the simulated time [s]."""
         now = time.perf_counter()
-        self._started = self._started or now
-        factor = sim_time / max(now - self._started, 1e-9)
-        status = f"{sim_time:5.1f} of at most {self._duration:g} s, real-time factor {factor:.2f}"
+        if self._first is None:
+            self._first = (sim_time, now)
+        first_sim_time, first_now = self._first
+        status = f"{sim_time:5.1f} of at most {self._duration:g} s"
+        if sim_time > first_sim_time:
+            status += f", real-time factor {(sim_time - first_sim_time) / max(now - first_now, 1e-9):.2f}"
         if console.messages.is_terminal:
             self._bar.update(self._task, completed=sim_time, description="walking ", status=status)
         elif sim_time >= self._next_line:

@@ -67,7 +67,7 @@ def test_numbers_are_read_exactly():
 def test_an_unknown_diagram_lists_the_known_ones():
     status, _, errors = quadpips("diagram", "engine")
     assert status == 2
-    assert "known: perception, quadpips, station, tracking" in errors
+    assert "known: perception, planning, quadpips, station, tracking" in errors
 
 
 def test_a_diagram_of_unknown_format_is_refused():
@@ -76,7 +76,7 @@ def test_a_diagram_of_unknown_format_is_refused():
     assert ".svg" in errors
 
 
-@pytest.mark.parametrize("name", ["station", "perception", "tracking", "quadpips"])
+@pytest.mark.parametrize("name", ["station", "perception", "planning", "tracking", "quadpips"])
 def test_a_diagram_is_drawn(name, tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.which", lambda program: None)  # without Graphviz, the dot file and a line that says so
     status, output, errors = quadpips("diagram", name, "--out", tmp_path / f"{name}.svg")

@@ -1,6 +1,7 @@
 """``quadpips run``: what is refused and how; the configuration that comes out."""
 
 import json
+import time
 
 import pytest
 import yaml
@@ -23,7 +24,7 @@ BAD_INPUT = [
     (["--start", "0,0,north"], ["--start", "X,Y,YAW"]),
     (["--goal", "1,nan"], ["--goal '1,nan'", "X,Y"]),
     (["--goal", "1000,0", "--terrain", "flat"], ["goal"]),
-    (["--start", "0.75,0,0"], ["start (0.75, 0)", "pit_floor"]),  # stepping_stones: over the pit
+    (["--start", "0.75,0.2,0"], ["start (0.75, 0.2)", "pit_floor"]),  # stepping_stones: over the pit
     (["--duration", "-1"], ["duration must be"]),
     (["--duration", "soon"], ["--duration", "quadpips run --help"]),
     (["--sed", "3"], ["--sed", "--seed"]),
@@ -42,7 +43,7 @@ def quadpips(*arguments, cwd=None):
 @pytest.mark.parametrize(("arguments", "parts"), BAD_INPUT, ids=lambda value: " ".join(value))
 def test_bad_input_ends_with_one_line_and_status_2(arguments, parts, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("pydrake.systems.analysis.Simulator", None)  # refused before anything is simulated
+    monkeypatch.setattr("quadpips_drake.benchmark.trial.Simulator", None)  # refused before anything is simulated
     status, _, errors = quadpips("run", "--no-recording", *arguments)
     lines = [line for line in errors.splitlines() if line.strip() and not line.startswith("building")]
     assert status == 2, errors
@@ -84,10 +85,12 @@ def test_the_robot_is_checked_before_its_defaults_are_looked_for():
 
 def test_progress_prints_lines_where_no_bar_can_be_drawn(capsys):
     with RunProgress(20.0) as progress:
-        for time in range(12):
-            progress(float(time))
+        for sim_time in range(12):
+            time.sleep(0.001)
+            progress(float(sim_time))
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 4, "one for building, then at 0, 5 and 10 s"
+    assert "real-time factor" not in lines[1], "nothing to tell yet"
     assert "10.0 of at most 20 s, real-time factor" in lines[-1]
 
 
