@@ -10,6 +10,8 @@ from quadpips_drake.planning.plans import FootholdPlan, PlanRequest, StageStatus
 from quadpips_drake.robots.robot_state import RobotState
 from quadpips_drake.values import ImmutableValue
 
+_PUBLICATION_TIME = 0.05
+"""How long after its status a reference is published at the latest [s]."""
 PHASES = ("standing_up", "pausing", "planning", "walking", "recovering", "goal_reached", "no_plan")
 
 
@@ -105,6 +107,8 @@ class Monitor(ImmutableValue):
     """How long a pause lasts [s]."""
     strained_since: float = np.inf
     """Since when joints have been too fast or torques saturated [s]; inf while they are not."""
+    failing_since: float = np.inf
+    """Since when the trajectory stage has reported a failure of this request [s]; inf while it has not."""
     calm_since: float = np.inf
     """Since when the robot has been at rest [s]; inf while it is not."""
     replans: int = 0
@@ -176,7 +180,7 @@ def _pausing(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor
         return monitor
     request = PlanRequest(monitor.request.id + 1, now.time, now.goal)
     replans = monitor.replans + (monitor.request.id > 0)
-    return _enter(monitor, "planning", now.time, monitor.reason, request=request, replans=replans)
+    return _enter(monitor, "planning", now.time, monitor.reason, request=request, replans=replans, failing_since=np.inf)
 
 
 def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
@@ -185,9 +189,13 @@ def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monito
         plan = now.foothold_plan
         reason = f"{len(plan.swing_legs)} swings" if plan.request_id == asked else "a new reference"
         return _enter(monitor, "walking", now.time, reason, failed_in_a_row=0)
-    for result, ok in ((now.foothold_plan, now.foothold_plan.success), (now.trajectory_status, now.trajectory_status.ok)):
-        if result.request_id == asked and not ok:
-            return _fail(monitor, now, result.reason, config)
+    if now.foothold_plan.request_id == asked and not now.foothold_plan.success:
+        return _fail(monitor, now, now.foothold_plan.reason, config)
+    if now.trajectory_status.request_id == asked and not now.trajectory_status.ok:
+        # That may also mean that the reference is shorter than the plan; then it is published in a moment.
+        if now.time - monitor.failing_since >= _PUBLICATION_TIME:
+            return _fail(monitor, now, now.trajectory_status.reason, config)
+        monitor = replace(monitor, failing_since=min(monitor.failing_since, now.time))
     if now.time - monitor.since >= config.planning_timeout:
         return _fail(monitor, now, f"no reference came within {config.planning_timeout:g} s", config)
     return monitor

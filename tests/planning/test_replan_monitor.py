@@ -103,13 +103,21 @@ def test_gives_up_after_so_many_failures(stage):
         if stage == "footholds":
             story.goes_on(0.1, foothold_plan=FootholdPlan(0.0, request_id, reason="no stones"))
         elif stage == "trajectory":
-            story.goes_on(0.1, trajectory_status=StageStatus(0.0, request_id, False, "no solution"))
+            story.goes_on(0.2, trajectory_status=StageStatus(0.0, request_id, False, "no solution"))
         else:
             story.goes_on(3.2)
     assert story.monitor.phase == "no_plan" and story.monitor.failed_plans == 3
     words = {"footholds": "no stones", "trajectory": "no solution", "silence": "no reference came"}
     assert words[stage] in story.monitor.reason
     assert story.goes_on(5.0).phase == "no_plan"
+
+
+def test_a_reference_that_is_shorter_than_the_plan_is_followed():
+    story = Story()
+    request_id = story.until_planning()
+    story.goes_on(0.1, trajectory_status=StageStatus(0.0, request_id, False, "swing 3: out of reach"))
+    assert story.monitor.phase == "planning"
+    assert story.goes_on(0.1, reference=reference(request_id, 5.0, 1.0)).phase == "walking"
 
 
 def test_a_success_forgets_the_failures():
