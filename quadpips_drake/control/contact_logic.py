@@ -45,27 +45,28 @@ class FootTargets:
         return (self.modes == _STANCE) | (self.modes == _EARLY)
 
 
-def foot_mode(planned_down: bool, sensed: bool, spline, time: float, early_phase: float) -> FootMode:
+def foot_mode(planned_down: bool, sensed: bool, last: int, spline, time: float, early_phase: float) -> FootMode:
     """Mode of one foot.
 
     Args:
         planned_down: the schedule wants it on the ground.
         sensed: it touches the ground.
+        last: its FootMode so far.
         spline: its SwingSpline in progress, else its last one, else None.
         time: now [s].
         early_phase: part of a swing after which a touch counts as touch-down [1].
     """
     if planned_down:
-        # Only a foot that came out of a swing searches: at the start, and when a foot is briefly unloaded, trust the plan.
-        has_swung = spline is not None and time >= spline.end_time
-        return FootMode.SEARCH if has_swung and not sensed else FootMode.STANCE
+        # Once down, a foot stays in stance until its next swing: a touch-down bounces, and a foot that is unloaded for a while
+        # has to be loaded again, not taken out of the plan.
+        return FootMode.STANCE if sensed or spline is None or last == _STANCE else FootMode.SEARCH
     if sensed and spline is not None and time > spline.start_time + early_phase * (spline.end_time - spline.start_time):
         return FootMode.EARLY
     return FootMode.SWING
 
 
 def foot_targets(
-    state: RobotState, policy: MpcPolicy, planned: np.ndarray, p_WF: np.ndarray, v_WF: np.ndarray, config
+    state: RobotState, policy: MpcPolicy, planned: np.ndarray, last: np.ndarray, p_WF: np.ndarray, v_WF: np.ndarray, config
 ) -> FootTargets:
     """Modes and wanted accelerations of all feet.
 
@@ -76,6 +77,7 @@ def foot_targets(
         state: measured state.
         policy: MPC policy with the splines.
         planned: stance flags of the schedule now, bool (4,).
+        last: FootModes so far, (4,).
         p_WF, v_WF: foot centres and their velocities in W, (4, 3).
         config: WbcConfig.
     """
@@ -85,7 +87,7 @@ def foot_targets(
     a_d, gain = np.zeros((NUM_LEGS, 3)), np.full((NUM_LEGS, 1), config.stance_damping)
     for leg in range(NUM_LEGS):
         spline = policy.swing(leg, time)
-        modes[leg] = foot_mode(planned[leg], state.contacts[leg], spline, time, config.early_contact_phase)
+        modes[leg] = foot_mode(planned[leg], state.contacts[leg], last[leg], spline, time, config.early_contact_phase)
         if modes[leg] in (_SWING, _SEARCH) and spline is not None:
             gain[leg] = config.swing_kd
             if modes[leg] == _SWING:

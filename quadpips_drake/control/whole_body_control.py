@@ -50,12 +50,12 @@ class WbcConfig:
     """How far below its foothold it is lowered at most [m]."""
     early_contact_phase: float = 0.6
     """From this part of a swing on a touch counts as touch-down [1]."""
-    base_weight: float = 5.0
-    stance_weight: float = 100.0
-    swing_weight: float = 20.0
-    force_weight: float = 1.0
+    base_weight: float = 1.0
+    stance_weight: float = 500.0
+    swing_weight: float = 100.0
+    force_weight: float = 0.2
     """For force errors divided by the robot's mass."""
-    joint_weight: float = 1e-4
+    joint_weight: float = 1e-5
     """Regularises the joints' accelerations."""
     stand_stiffness: float = 2.5
     """Joint stiffness without a policy, as a multiple of the effort limit [1/rad]."""
@@ -136,7 +136,7 @@ class WholeBodyControl:
         if policy.is_empty:
             return self._stand(state, dynamics, last, "standing", last.fallbacks, 0, start)
         sample = policy.sample(state.stamp)
-        targets = foot_targets(state, policy, sample.stance, dynamics.p_WF, dynamics.v_WF, self._config)
+        targets = foot_targets(state, policy, sample.stance, last.foot_modes, dynamics.p_WF, dynamics.v_WF, self._config)
         solution, forces, torque = self._solve(state, policy, sample, targets, dynamics, last.warm)
         if not solution.success:
             return self._fall_back(state, targets, last, solution, dynamics, start)

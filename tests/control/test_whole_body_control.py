@@ -106,18 +106,23 @@ class _Spline:
 
 
 @pytest.mark.parametrize(
-    ("planned", "sensed", "time", "mode"),
+    ("planned", "sensed", "last", "time", "mode"),
     [
-        (True, True, 0.5, FootMode.STANCE),
-        (True, False, 0.5, FootMode.SEARCH),
-        (False, False, 0.3, FootMode.SWING),
-        (False, True, 0.1, FootMode.SWING),
-        (False, True, 0.35, FootMode.EARLY),
+        (True, True, FootMode.SWING, 0.5, FootMode.STANCE),
+        (True, False, FootMode.SWING, 0.5, FootMode.SEARCH),
+        (True, False, FootMode.SEARCH, 0.5, FootMode.SEARCH),
+        (True, False, FootMode.STANCE, 0.5, FootMode.STANCE),
+        (False, False, FootMode.SWING, 0.3, FootMode.SWING),
+        (False, True, FootMode.SWING, 0.1, FootMode.SWING),
+        (False, True, FootMode.SWING, 0.35, FootMode.EARLY),
     ],
 )
-def test_planned_and_sensed_contact_decide_the_mode(planned, sensed, time, mode):
-    assert foot_mode(planned, sensed, _Spline(), time, 0.6) == mode
-    assert foot_mode(True, False, None, time, 0.6) == FootMode.STANCE
+def test_planned_and_sensed_contact_decide_the_mode(planned, sensed, last, time, mode):
+    assert foot_mode(planned, sensed, last, _Spline(), time, 0.6) == mode
+
+
+def test_a_foot_that_never_swung_stands():
+    assert foot_mode(True, False, FootMode.SWING, None, 0.5, 0.6) == FootMode.STANCE
 
 
 def test_rotation_error_is_the_rotation_vector_for_small_angles():
