@@ -57,7 +57,7 @@ def foot_mode(planned_down: bool, sensed: bool, last: int, spline, time: float, 
         early_phase: part of a swing after which a touch counts as touch-down [1].
     """
     if planned_down:
-        # Once down, a foot stays in stance until its next swing: a touch-down bounces, and a foot that is unloaded for a while
+        # Once down, a foot stays in stance until its next swing: a touch-down bounces, and a foot unloaded for a while
         # has to be loaded again, not taken out of the plan.
         return FootMode.STANCE if sensed or spline is None or last == _STANCE else FootMode.SEARCH
     if sensed and spline is not None and time > spline.start_time + early_phase * (spline.end_time - spline.start_time):
