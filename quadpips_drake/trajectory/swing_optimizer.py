@@ -14,6 +14,7 @@ from quadpips_drake.trajectory.reference import ContactSchedule, FootholdTarget,
 from quadpips_drake.trajectory.swing_task import SwingSetup, make_swing_task
 from quadpips_drake.trajectory.swing_trajectory import SwingConfig
 from quadpips_drake.trajectory.target_configuration import TargetConfig, find_target, foot_centers
+from quadpips_drake.trajectory.tracking_task import Guess, joined_tasks
 from quadpips_drake.values import ImmutableValue
 
 
@@ -31,12 +32,14 @@ class SwingOptimizerConfig:
     """Distance of knots [s]."""
     max_iterations: int = 25
     """SQP iterations for one swing [-]."""
-    tolerance: float = 1e-3
+    tolerance: float = 1e-4
     """Convergence tolerance of the SQP [-]."""
     max_landing_error: float = 0.04
     """A foot that lands farther from its foothold [m] ends the plan before that swing."""
     max_violation: float = 1e-2
     """An unconverged solution with less constraint violation than this is still used [-]."""
+    refinement_iterations: int = 1
+    """SQP iterations over the whole plan at once, after its swings; 0 leaves the swings as they are [-]."""
     carry_momentum: bool = True
     """Whether the base keeps moving from swing to swing, at the mean velocity of the neighbouring stances; else it stops."""
 
@@ -75,6 +78,10 @@ class SwingPlan(ImmutableValue):
     """One SwingReport for each swing that was tried."""
     planned: int = 0
     """Swings in the foothold plan."""
+    refined: bool = False
+    """Whether the swings were smoothed together."""
+    refinement_time: float = 0.0
+    """Wall-clock time of that [s]."""
     reason: str = ""
     """Why the reference ends before the foothold plan does; empty when it does not."""
 
@@ -89,8 +96,8 @@ class SwingPlan(ImmutableValue):
 
     @property
     def elapsed(self) -> float:
-        """Wall-clock time of all swings [s]."""
-        return sum(report.elapsed for report in self.reports)
+        """Wall-clock time of all swings and their refinement [s]."""
+        return sum(report.elapsed for report in self.reports) + self.refinement_time
 
 
 def no_swing_plan(stamp: float = -np.inf, request_id: int = 0, reason: str = "", **fields) -> SwingPlan:
@@ -120,19 +127,26 @@ class SwingOptimizer:
             return no_swing_plan(stamp, plan.request_id, plan.reason or "empty foothold plan")
         x = np.array(x0, dtype=float)
         setups, reason = self._setups(x, plan)
-        pieces, reports = [], []
+        pieces, tasks, reports = [], [], []
         for setup in setups:
-            piece, report = self._swing(x, setup)
+            task, piece, report = self._swing(x, setup)
             reports.append(report)
             if not report.used:
                 reason = f"swing {len(reports)} ({_names(setup.legs)}): {report.status}"
                 break
             pieces.append(piece)
+            tasks.append(task)
             x = piece[0][-1]
         fields = {"reports": tuple(reports), "planned": len(plan.swing_legs), "reason": reason}
         if not pieces:
             return no_swing_plan(stamp, plan.request_id, **fields)
-        return SwingPlan(self._assemble(pieces, setups[: len(pieces)], plan, stamp), **fields)
+        setups = setups[: len(pieces)]
+        start = time.perf_counter()
+        refined = self._refine(tasks, pieces, setups)
+        fields |= {"refined": refined is not None, "refinement_time": time.perf_counter() - start}
+        states = np.concatenate([*(piece[0][:-1] for piece in pieces), pieces[-1][0][-1:]])
+        states, inputs = refined or (states, np.concatenate([piece[1] for piece in pieces]))
+        return SwingPlan(_assemble(states, inputs, setups, plan, stamp), **fields)
 
     def _setups(self, x, plan):
         """Returns the SwingSetups up to the first target out of reach, and why they end there."""
@@ -176,7 +190,7 @@ class SwingOptimizer:
         return velocities
 
     def _swing(self, x, setup):
-        """Returns ((states, inputs), SwingReport)."""
+        """Returns the TrackingTask, (states, inputs) and the SwingReport."""
         start = time.perf_counter()
         task, reached = make_swing_task(self.model, x, setup, self.config.swing)
         problem = self._problem(setup.num_knots)
@@ -200,7 +214,28 @@ class SwingOptimizer:
             landing,
             time.perf_counter() - start,
         )
-        return piece, report
+        return task, piece, report
+
+    def _refine(self, tasks, pieces, setups):
+        """Returns states and inputs of the whole plan after some more iterations over all swings at once, or None.
+
+        The swings were optimised one by one, each up to its own end; now each may prepare for the next (the refinement of
+        QuadPiPS section VI-D). What that would spoil is left as it was.
+        """
+        if self.config.refinement_iterations == 0 or len(pieces) < 2:
+            return None
+        task = joined_tasks(tasks)
+        guess = Guess(
+            np.concatenate([*(piece[0][:-1] for piece in pieces), pieces[-1][0][-1:]]),
+            np.concatenate([piece[1] for piece in pieces]),
+            task.times,
+        )
+        problem = self._problem(task.num_knots)
+        solution = problem.solve(guess.X[0], task, guess, self.config.refinement_iterations, self.config.tolerance)
+        ends = np.cumsum([setup.num_knots for setup in setups])
+        errors = [self._landing_error(solution.X[end], setup) for end, setup in zip(ends, setups, strict=True)]
+        usable = solution.constraint_violation <= self.config.max_violation and solution.iterations > 0
+        return (solution.X, solution.U) if usable and max(errors) <= self.config.max_landing_error else None
 
     def _problem(self, num_knots):
         if num_knots not in self._problems:
@@ -211,31 +246,28 @@ class SwingOptimizer:
         feet = self.model.foot_positions(x)
         return float(max(np.linalg.norm(feet[leg] - setup.targets[leg]) for leg in setup.legs))
 
-    def _assemble(self, pieces, setups, plan, stamp):
-        """Puts the solutions on one clock."""
-        times, states, inputs, events, footholds = [np.zeros(1)], [pieces[0][0][:1]], [], [], []
-        stance, start = [np.ones(4, dtype=bool)], 0.0
-        for (piece_states, piece_inputs), setup in zip(pieces, setups, strict=True):
-            times.append(start + setup.times[1:])
-            states.append(piece_states[1:])
-            inputs.append(piece_inputs)
-            lifted, landed = start + setup.liftoff_time, start + setup.touchdown_time
-            events += [lifted, landed]
-            stance += [~np.isin(np.arange(4), setup.legs), np.ones(4, dtype=bool)]
-            for leg in setup.legs:
-                position, normal = setup.targets[leg], setup.normals[1, leg]
-                footholds.append(FootholdTarget(leg, lifted, landed, position, normal, setup.regions[leg]))
-            start += setup.duration
-        inputs.append(inputs[-1][-1:])
-        return WholeBodyReference(
-            stamp,
-            plan.request_id,
-            np.concatenate(times),
-            np.vstack(states),
-            np.vstack(inputs),
-            ContactSchedule(np.array(events), np.array(stance)),
-            tuple(footholds),
-        )
+
+def _assemble(states, inputs, setups, plan, stamp):
+    """Puts the solutions on one clock."""
+    times, events, footholds, stance, start = [np.zeros(1)], [], [], [np.ones(4, dtype=bool)], 0.0
+    for setup in setups:
+        times.append(start + setup.times[1:])
+        lifted, landed = start + setup.liftoff_time, start + setup.touchdown_time
+        events += [lifted, landed]
+        stance += [~np.isin(np.arange(4), setup.legs), np.ones(4, dtype=bool)]
+        for leg in setup.legs:
+            position, normal = setup.targets[leg], setup.normals[1, leg]
+            footholds.append(FootholdTarget(leg, lifted, landed, position, normal, setup.regions[leg]))
+        start += setup.duration
+    return WholeBodyReference(
+        stamp,
+        plan.request_id,
+        np.concatenate(times),
+        states,
+        np.vstack((inputs, inputs[-1:])),
+        ContactSchedule(np.array(events), np.array(stance)),
+        tuple(footholds),
+    )
 
 
 def _names(legs) -> str:

@@ -59,6 +59,37 @@ class TrackingTask:
         )
 
 
+def joined_tasks(tasks) -> TrackingTask:
+    """Returns one task over consecutive ones, each of which has its own time from 0; region rows are padded alike."""
+    starts = np.concatenate(([0.0], np.cumsum([task.times[-1] for task in tasks])))
+    rows = max((task.halfspace_offsets.shape[2] for task in tasks if task.halfspace_offsets is not None), default=0)
+    normals = np.concatenate([_padded(task.halfspace_normals, (task.num_knots, NUM_LEGS, rows, 3)) for task in tasks])
+    offsets = np.concatenate([_padded(task.halfspace_offsets, (task.num_knots, NUM_LEGS, rows)) for task in tasks])
+
+    def points(name):  # at a seam, the later task's point of view
+        return np.concatenate([*(getattr(task, name)[:-1] for task in tasks), getattr(tasks[-1], name)[-1:]])
+
+    return TrackingTask(
+        times=np.concatenate([*(start + task.times[:-1] for start, task in zip(starts, tasks, strict=False)), [starts[-1]]]),
+        x_ref=points("x_ref"),
+        u_ref=np.concatenate([task.u_ref for task in tasks]),
+        stance=np.concatenate([task.stance for task in tasks]),
+        foot_ref_p=points("foot_ref_p"),
+        foot_ref_v=points("foot_ref_v"),
+        surface_normal=np.concatenate([task.surface_normal for task in tasks]),
+        halfspace_normals=normals if rows else None,
+        halfspace_offsets=offsets if rows else None,
+        friction=tasks[0].friction,
+    )
+
+
+def _padded(array, shape):
+    out = np.zeros(shape)
+    if array is not None:
+        out[:, :, : array.shape[2]] = array
+    return out
+
+
 @dataclass(frozen=True, eq=False)
 class Guess:
     """Where to linearise: states (N + 1, 24) and inputs (N, 24) at ``times``."""

@@ -78,6 +78,19 @@ def test_base_keeps_moving_between_swings(optimizer, trot):
         assert (stopped.reference.states[[100, 150], 0] < at_seams).all()
 
 
+def test_refinement_removes_jumps_between_swings(optimizer, trot):
+    plan, refined = trot
+    rough = SwingOptimizer(optimizer.robot, SwingOptimizerConfig(refinement_iterations=0))
+    rough = rough.optimize(optimizer.model.nominal_state(), plan)
+    assert refined.refined and not rough.refined
+    seams = 50 * np.arange(1, len(plan.swing_legs))
+
+    def largest_jump(inputs):
+        return np.abs(inputs[seams, :12] - inputs[seams - 1, :12]).max()
+
+    assert largest_jump(refined.reference.inputs) < 0.1 * largest_jump(rough.reference.inputs)
+
+
 def test_walk_moves_one_leg_at_a_time(optimizer):
     order = ((Leg.LH,), (Leg.LF,), (Leg.RH,), (Leg.RF,))
     plan = uneven_plan(optimizer.robot, swings=4, step=0.1, legs=order)
