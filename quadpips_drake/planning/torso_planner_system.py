@@ -38,7 +38,7 @@ class TorsoPlanner(LeafSystem):
     """Plans a path of the torso over the perceived regions, once for each new request (QuadPiPS section VI-B).
 
     A* over regions times yaws; see ``search_torso_path``. The ground that a front camera cannot see because the robot stands
-    on it is assumed at the first request, from the feet, if it is not perceived (``TorsoConfig.assume_start_ground``).
+    on it is assumed at the first request, from the feet, if there is none in the regions (``assume_start_ground``).
 
     .. pydrake_system::
 
@@ -101,7 +101,7 @@ class TorsoPlanner(LeafSystem):
         state.get_mutable_abstract_state(int(self._memory)).set_value(_Memory(path, ground))
 
     def _unseen_ground(self, robot_state, regions: RegionSet) -> PlanarRegion | None:
-        """Returns the ground under the robot as a region unless every foot stands on a perceived one."""
-        if all(attachment.perceived for attachment in attach_feet(robot_state, regions.regions, self._robot)):
+        """Returns the ground under the robot as a region unless a foot stands on a perceived one."""
+        if any(attachment.perceived for attachment in attach_feet(robot_state, regions.regions, self._robot)):
             return None
         return start_ground(robot_state, self._robot, self._config.start_ground_margin)

@@ -58,7 +58,7 @@ class TorsoConfig:
     max_expansions: int = 20000
     """Most expanded nodes."""
     assume_start_ground: bool = True
-    """Whether the ground between the feet is taken for granted at the first request if it is not perceived."""
+    """Whether the ground between the feet is taken for granted at the first request if no foot has a region under it."""
     start_ground_margin: float = 0.10
     """How far that ground reaches beyond the feet [m]."""
 
