@@ -1,6 +1,7 @@
 """Rules for the sources as a whole: which way imports run, how long things may be, what is documented."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -115,3 +116,11 @@ def test_numbers_in_configurations_say_their_unit():
                     documented = isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant)
                     silent += [] if documented else [f"{node.name}.{statement.target.id}"]
     assert not silent, f"no line below that says meaning and unit: {silent}"
+
+
+def test_links_in_the_documentation_lead_somewhere():
+    broken = []
+    for page in files("*.md"):
+        for target in re.findall(r"\]\((?!https?:|#)([^)#]+)", page.read_text(encoding="utf-8")):
+            broken += [] if (page.parent / target).exists() else [f"{page.relative_to(ROOT)}: {target}"]
+    assert not broken
