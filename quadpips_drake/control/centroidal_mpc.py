@@ -88,7 +88,9 @@ class CentroidalMpc:
         feet = self._feet(state, schedule, memory)
         times = now + self._offsets
         swings = horizon.plan_swings(schedule, reference.footholds, feet, now, times[-1], self._make_swing)
-        task = self._task(times, state, reference, standing, schedule, swings, feet)
+        stance = horizon.interval_stance(schedule, times)
+        stance = horizon.with_early_contacts(stance, times, state.contacts, swings)
+        task = self._task(times, state, reference, standing, stance, swings, feet)
         x0 = self._model.state_from_robot_state(state)
         solution = self._problem.iterate(x0, task, self._guess(x0, task, last))
         elapsed = clock.perf_counter() - start
@@ -121,8 +123,7 @@ class CentroidalMpc:
     def _make_swing(self, liftoff, touchdown, start, end, normal) -> SwingSpline:
         return SwingSpline.plan(liftoff, touchdown, start, end, normal, self._config.swing)
 
-    def _task(self, times, state, reference, standing, schedule, swings, feet) -> TrackingTask:
-        stance = horizon.interval_stance(schedule, times)
+    def _task(self, times, state, reference, standing, stance, swings, feet) -> TrackingTask:
         if standing is not None:
             x_ref, u_ref = horizon.standing_samples(standing, self._robot, len(stance))
         else:

@@ -10,6 +10,8 @@ from quadpips_drake.trajectory.reference import ContactSchedule, FootholdTarget,
 from quadpips_drake.values import ImmutableValue
 
 GRAVITY = 9.81
+_EARLY_PHASE = 0.6
+"""From this part of a swing on a touch counts as touch-down [1]."""
 _MATCH = 0.05
 """A foothold belongs to a swing when their touch-downs are closer than this [s]."""
 
@@ -83,6 +85,27 @@ def interval_stance(schedule: ContactSchedule, times: np.ndarray) -> np.ndarray:
     """Stance flags of each interval of ``times``, taken at its middle, bool (N, 4)."""
     middle = 0.5 * (times[:-1] + times[1:])
     return schedule.stance[np.searchsorted(schedule.event_times, middle, side="right")]
+
+
+def with_early_contacts(stance: np.ndarray, times: np.ndarray, contacts: np.ndarray, swings: tuple) -> np.ndarray:
+    """The planned stance flags (N, 4), where a foot that touched the ground late in its swing bears load from now on.
+
+    The opposite, a foot that is late, stays planned as in stance on purpose: a plan without its force lets the robot sink at
+    the very moment when the foot finds the ground.
+
+    Args:
+        contacts: feet that touch the ground, bool (4,).
+        swings: splines of each leg that end after ``times[0]``.
+    """
+    now = times[0]
+    middle = 0.5 * (times[:-1] + times[1:])
+    corrected = stance.copy()
+    for leg in np.flatnonzero(contacts):
+        for spline in swings[leg]:
+            early = spline.start_time + _EARLY_PHASE * (spline.end_time - spline.start_time)
+            if early < now < spline.end_time:
+                corrected[middle < spline.end_time, leg] = True
+    return corrected
 
 
 def matching_target(footholds: tuple, leg: Leg, touchdown: float) -> FootholdTarget | None:

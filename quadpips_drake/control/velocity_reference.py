@@ -1,6 +1,7 @@
 """A whole-body reference out of a velocity command: walking on flat ground without a planner."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -39,6 +40,9 @@ class VelocityReferenceConfig:
     """Raibert's correction of footholds, as part of sqrt(height / gravity) [1]."""
     max_correction: float = 0.15
     """Largest correction of a foothold [m]."""
+    max_stride_ratio: float = 0.45
+    """How far a foot may move ahead of its hip and behind it, as part of the hip's height [1]; commands that need more in
+    the given gait are scaled down."""
     ground_filter_time: float = 0.2
     """Time constant of the estimated ground height [s]."""
 
@@ -86,6 +90,7 @@ class VelocityWalk:
         self._config = config or VelocityReferenceConfig()
         self._footholds_B = robot.nominal_footholds_B
         self._height = -float(self._footholds_B[:, 2].mean())
+        self._max_speed = 2.0 * self._config.max_stride_ratio * self._height / longest_stance(gait)
 
     def update(self, memory: WalkMemory, state: RobotState, command: np.ndarray) -> WalkMemory:
         """Next memory, with the reference from ``state.stamp`` on.
@@ -103,6 +108,7 @@ class VelocityWalk:
         dt = now - memory.stamp
         start, stop = self._phase(memory, command, now)
         moving = now >= start
+        command = self._feasible(command)
         step = dt * np.array([c.max_acceleration, c.max_acceleration, c.max_yaw_acceleration])
         velocity = memory.velocity + (np.clip(command - memory.velocity, -step, step) if moving else 0.0)
         pose = memory.pose if not moving else self._leashed(advance(memory.pose, velocity, dt), state)
@@ -116,6 +122,12 @@ class VelocityWalk:
             velocity = np.zeros(3)
         reference = self._reference(now, pose, velocity, ground, schedule, state)
         return WalkMemory(now, pose, velocity, ground, start, stop, reference)
+
+    def _feasible(self, command: np.ndarray) -> np.ndarray:
+        """The command, scaled down to what the legs can reach: during a stance the base moves two strides."""
+        arms = self._footholds_B[:, 1::-1] * [-1.0, 1.0]
+        speeds = np.sqrt(((command[:2] + command[2] * arms) ** 2).sum(axis=1))
+        return command * min(1.0, self._max_speed / max(speeds.max(), 1e-9))
 
     def _phase(self, memory: WalkMemory, command, now: float) -> tuple[float, float]:
         """Start and stop of the gait."""
@@ -191,6 +203,16 @@ class VelocityWalk:
                 position[2] = ground + self._robot.foot_radius
                 targets.append(FootholdTarget(leg, liftoff, touchdown, position, np.array([0.0, 0.0, 1.0])))
         return tuple(sorted(targets, key=lambda target: target.touchdown_time))
+
+
+def longest_stance(gait: Gait) -> float:
+    """Longest time that a foot stays down in the gait [s]; the cycle for a gait without swings."""
+    schedule = gait.schedule(0.0, 3.0 * gait.duration)
+    stances = []
+    for leg in Leg:
+        swings = schedule.swings(leg)
+        stances += [after[0] - before[1] for before, after in pairwise(swings)]
+    return max(stances, default=gait.duration)
 
 
 def advance(pose: np.ndarray, velocity: np.ndarray, dt: float) -> np.ndarray:

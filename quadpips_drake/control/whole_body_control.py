@@ -44,7 +44,7 @@ class WbcConfig:
     """[1/s] (QuadPiPS release: 50)"""
     stance_damping: float = 20.0
     """Decelerates a stance foot that slides [1/s]."""
-    search_speed: float = 0.25
+    search_speed: float = 0.4
     """How fast a foot that misses its ground is lowered [m/s]."""
     search_depth: float = 0.12
     """How far below its foothold it is lowered at most [m]."""

@@ -71,3 +71,15 @@ def test_the_stance_feet_share_the_weight():
     inputs = horizon.weight_bearing_inputs(np.array([[True] * 4, [True, False, False, True]]), 10.0)
     assert inputs[:, :12].sum(axis=1) == pytest.approx(98.1)
     assert inputs[1, 2] == pytest.approx(49.05)
+
+
+def test_an_early_touch_bears_load_but_a_late_foot_stays_planned():
+    times = np.array([0.0, 0.1, 0.2, 0.5])
+    line = _Line(-0.35, 0.15, np.zeros(3), np.ones(3), None)
+    planned = np.array([[True, False, False, True], [True, True, True, True], [True] * 4])
+    contacts = np.array([False, True, False, True])
+    corrected = horizon.with_early_contacts(planned, times, contacts, ((), (line,), (line,), ()))
+    assert corrected[0].tolist() == [True, True, False, True]
+    assert (
+        horizon.with_early_contacts(planned, times - 0.2, contacts, ((), (line,), (line,), ())).tolist() == planned.tolist()
+    )

@@ -52,3 +52,8 @@ def test_advance_goes_round_a_circle():
         pose = advance(pose, np.array([0.5, 0.0, 1.0]), 2.0 * np.pi / 100)
     assert pose == pytest.approx([0.0, 0.0, 2.0 * np.pi], abs=1e-9)
     assert wrapped(3.5) == pytest.approx(3.5 - 2.0 * np.pi)
+
+
+def test_a_command_beyond_the_legs_reach_is_scaled_down():
+    fast = _follow(VelocityWalk(ROBOT, load_gait("standing_walk")), WalkMemory.empty(), [0.3, 0.0, 0.0], 0.0, 3.0)
+    assert 0.1 < fast.velocity[0] < 0.25
