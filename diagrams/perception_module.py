@@ -5,12 +5,12 @@ from itertools import pairwise
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from quadpips_drake.perception.config import PerceptionConfig
-from quadpips_drake.perception.images import CameraIntrinsics
 from quadpips_drake.perception.legged_egocan_system import LeggedEgocan
 from quadpips_drake.perception.normal_estimator_system import NormalEstimator
 from quadpips_drake.perception.region_extractor_system import RegionExtractor
 from quadpips_drake.perception.superpixel_segmenter_system import SuperpixelSegmenter
 from quadpips_drake.robots.robot_model import RobotModel
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.sensing.depth_noise_system import DepthNoise
 from quadpips_drake.sensing.self_filter_system import SelfFilter
 from quadpips_drake.timing import StageTimings

@@ -7,7 +7,6 @@ import numpy as np
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from quadpips_drake.benchmark.judge import JudgeConfig
 from quadpips_drake.diagrams.perception_module import make_perception_module
 from quadpips_drake.diagrams.planning_module import PlanningConfig, PlanningModule
 from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
@@ -39,7 +38,6 @@ class QuadpipsConfig:
     oracle_regions: OracleRegionConfig = field(default_factory=OracleRegionConfig)
     planning: PlanningConfig = field(default_factory=PlanningConfig)
     tracking: TrackingConfig = field(default_factory=TrackingConfig)
-    judge: JudgeConfig = field(default_factory=JudgeConfig)
 
     def __post_init__(self):
         if self.region_source not in REGION_SOURCES:

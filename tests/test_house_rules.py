@@ -29,8 +29,6 @@ ABOVE_THE_STAGES = {
 """What each of them may import besides all stages."""
 SOLVERS = "solvers"
 MODELS = "models"
-VOCABULARY = {"quadpips_drake.perception.labels", "quadpips_drake.perception.images"}
-"""Value types that lie with perception although earlier stages speak them too: kinds of ground, images and intrinsics."""
 PARTS = {*STAGES, *ABOVE_THE_STAGES, SOLVERS, MODELS}
 PACKAGE_FILES = [path for path in files("*.py") if path.relative_to(ROOT).parts[0] in ("quadpips_drake", "diagrams")]
 MAX_FILE_BYTES = 15_000_000
@@ -70,8 +68,7 @@ def allowed_parts(part: str) -> set[str]:
 @pytest.mark.parametrize("path", PACKAGE_FILES, ids=module_name)
 def test_imports_run_downward(path):
     allowed = allowed_parts(part_of(module_name(path)))
-    imported = {name for name in imported_modules(path) if name.rpartition(".")[0] not in VOCABULARY}
-    wrong = sorted(name for name in imported if part_of(name) not in allowed)
+    wrong = sorted(name for name in imported_modules(path) if part_of(name) not in allowed)
     assert not wrong, f"{module_name(path)} must not import {wrong}"
 
 

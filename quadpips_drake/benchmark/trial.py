@@ -10,7 +10,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.benchmark.foothold_statistics import foothold_statistics
-from quadpips_drake.benchmark.judge import TrialJudge, Verdict
+from quadpips_drake.benchmark.judge import JudgeConfig, TrialJudge, Verdict
 from quadpips_drake.benchmark.result import TrialResult, installed_versions
 from quadpips_drake.benchmark.trial_log import TrialLog
 from quadpips_drake.config import save_config
@@ -22,6 +22,8 @@ from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.timing import StageTimings
 
 PLANNERS = ("quadpips",)
+_START_STREAM = 1
+"""Separates the random numbers of the start from those of the sensors, which come from the same seed."""
 PROGRESS_PERIOD = 0.5
 """Between two entries of result.json's progress [s]."""
 
@@ -39,10 +41,15 @@ class TrialConfig:
     """x, y [m], yaw [rad]; empty: the terrain's own start."""
     goal: list[float] = field(default_factory=list)
     """x, y [m]; empty: the terrain's own goal."""
+    start_position_noise: float = 0.05
+    """The seed moves the terrain's own start by up to this much in x and y [m]; a start that was asked for stays."""
+    start_yaw_noise: float = 0.05
+    """... and turns it by up to this much [rad]."""
     duration: float = 60.0
     """Longest simulated time [s]."""
     log_rate: float = 100.0
     """Samples per simulated second in log.npz and for the judge [Hz]."""
+    judge: JudgeConfig = field(default_factory=JudgeConfig)
     stages: QuadpipsConfig = field(default_factory=QuadpipsConfig)
 
     def __post_init__(self):
@@ -54,8 +61,13 @@ class TrialConfig:
             raise UserInputError("goal must be X,Y (m)")
         if not np.isfinite([*self.start, *self.goal]).all():
             raise UserInputError("start and goal must be finite numbers")
+        for name in ("start_position_noise", "start_yaw_noise"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise UserInputError(f"{name} must be between 0 and 1")
         if not (np.isfinite(self.duration) and self.duration > 0):
             raise UserInputError("duration must be a positive number of seconds")
+        if self.seed < 0:
+            raise UserInputError("seed must not be negative")
         if not 1 <= self.log_rate <= 1000:
             raise UserInputError("log_rate must be between 1 and 1000 Hz")
 
@@ -78,8 +90,9 @@ class Trial:
         )
         self.simulator = Simulator(self.diagram)
         self.context = self.simulator.get_mutable_context()
-        self.diagram.set_initial_state(self.context, self.terrain.start)
-        self.judge = TrialJudge(self.terrain, config.stages.judge)
+        self.start = _start_of(config, self.terrain)
+        self.diagram.set_initial_state(self.context, self.start)
+        self.judge = TrialJudge(self.terrain, config.judge)
         self.log = TrialLog()
         self.progress: list = []
         self._swing_plans: dict = {}
@@ -124,7 +137,7 @@ class Trial:
         self._swing_plans[observation.swing_plan.reference.request_id] = observation.swing_plan
         self.log.append(state, observation.foot_positions, observation.reference, phase=PHASES.index(observation.phase))
         if not self.progress or state.stamp - self.progress[-1][0] >= PROGRESS_PERIOD - 1e-9:
-            initial = np.linalg.norm(np.asarray(self.terrain.start[:2]) - np.asarray(self.terrain.goal))
+            initial = np.linalg.norm(self.start[:2] - np.asarray(self.terrain.goal))
             fraction = 1.0 - self.judge.distance_to_goal(state) / max(initial, 1e-9)
             self.progress.append([round(state.stamp, 3), round(float(np.clip(fraction, 0.0, 1.0)), 4)])
         bottoms = observation.foot_positions - np.array([0.0, 0.0, self.robot.foot_radius])
@@ -165,13 +178,22 @@ class Trial:
         )
 
 
+def _start_of(config: TrialConfig, terrain) -> np.ndarray:
+    """Start pose x, y [m], yaw [rad]: as asked for, or the terrain's own, moved a little by the seed."""
+    start = np.array(terrain.start, dtype=float)
+    if not config.start:
+        reach = np.array([config.start_position_noise, config.start_position_noise, config.start_yaw_noise])
+        start += np.random.default_rng([config.seed, _START_STREAM]).uniform(-reach, reach)
+    return start
+
+
 def run_trial(
     config: TrialConfig, out: Path, *, recording: bool = True, meshcat=None, progress: Callable[[float], None] | None = None
 ) -> TrialResult:
     """Runs a trial and writes result.json, config.yaml, log.npz and (if wanted) recording.html into ``out``.
 
-    What was computed is written even when the trial is interrupted or breaks off; then error.txt has the details. For a start or goal that makes no sense
-    result.json says so before the UserInputError goes on to the caller.
+    What was computed is written even when the trial is interrupted or breaks off; then error.txt has the details. For a
+    start or goal that makes no sense result.json says so before the UserInputError goes on to the caller.
 
     Args:
         config: what to run.

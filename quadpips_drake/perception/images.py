@@ -4,19 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.values import ImmutableValue
-
-
-@dataclass(frozen=True)
-class CameraIntrinsics:
-    """Pinhole model: pixel (u, v) = (fx x / z + cx, fy y / z + cy) in the optical frame C (x right, y down, z forward)."""
-
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +44,7 @@ class LabelImage(ImmutableValue):
     stamp: float
     """Time of exposure of the depth image that was labelled [s]."""
     labels: np.ndarray
-    """Values of perception.labels.Steppability, uint8 (height, width)."""
+    """Values of terrain.steppability.Steppability, uint8 (height, width)."""
 
     @staticmethod
     def empty() -> "LabelImage":

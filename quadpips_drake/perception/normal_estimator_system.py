@@ -5,11 +5,12 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageDepth32F
 
-from quadpips_drake.perception.images import AffordanceImage, CameraIntrinsics, LabelImage
-from quadpips_drake.perception.labels import Steppability
+from quadpips_drake.perception.images import AffordanceImage, LabelImage
 from quadpips_drake.perception.normals import NormalConfig, clean_depth, estimate_normals
 from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.robots.robot_state import RobotState
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.timing import StageTimings
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.images import CameraIntrinsics
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 
 
 @dataclass

@@ -24,7 +24,7 @@ class PlanarRegion(ImmutableValue):
     inset: np.ndarray
     """Convex polygon [m], shape (m, 2), counter-clockwise: the boundary shrunk by foot radius and margin."""
     label: int = 0
-    """A steppability label (see perception.labels): 0 is unknown."""
+    """A steppability label (see terrain.steppability): 0 is unknown."""
 
     @property
     def center(self) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception import superpixel_kernels as kernels
 from quadpips_drake.perception.images import EgocanImage, SuperpixelImage
-from quadpips_drake.perception.labels import Steppability
+from quadpips_drake.terrain.steppability import Steppability
 
 
 @dataclass

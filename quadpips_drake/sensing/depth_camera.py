@@ -20,8 +20,8 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.images import CameraIntrinsics
 from quadpips_drake.robots.robot_description import CameraMount
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 
 _RENDERER = "depth"
 

@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.images import CameraIntrinsics
 from quadpips_drake.robots.robot_model import RobotModel
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.sensing.robot_shapes import CYLINDER, load_robot_shapes
 
 _NEAR = 0.05

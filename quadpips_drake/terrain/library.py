@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.errors import UserInputError, unknown_name
-from quadpips_drake.perception.labels import Steppability
+from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.stone_setup import read_stone_setup
 from quadpips_drake.terrain.terrain import Box, Terrain, pose
 from quadpips_drake.terrain.terrain_file import read_terrain_file

@@ -9,7 +9,7 @@ from pydrake.geometry import Mesh as MeshShape
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
-from quadpips_drake.perception.labels import Steppability
+from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Terrain
 
 COLORS = {

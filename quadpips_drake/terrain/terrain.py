@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.labels import Steppability
+from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.values import ImmutableValue
 
 MIN_SIZE = 1e-3

@@ -13,8 +13,8 @@ import numpy as np
 import yaml
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.labels import Steppability
 from quadpips_drake.terrain.mesh_file import read_obj
+from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Terrain, pose
 
 MAX_FILE_BYTES = 5_000_000

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from quadpips_drake.perception.labels import Steppability
 from quadpips_drake.perception.regions import RegionSet
 from quadpips_drake.planning.plans import FootholdPlan
 from quadpips_drake.robots.legs import Leg
+from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.trajectory.reference import WholeBodyReference

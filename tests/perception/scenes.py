@@ -2,9 +2,19 @@
 
 import numpy as np
 
-from quadpips_drake.perception.images import CameraIntrinsics
+from quadpips_drake.perception.egocan import begin_memory, draw_egocan, update_memory
+from quadpips_drake.perception.images import AffordanceImage
+from quadpips_drake.perception.normals import clean_depth, estimate_normals
+from quadpips_drake.perception.region_extraction import extract_regions
+from quadpips_drake.perception.superpixels import segment_superpixels
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
+
+FOOT_RADIUS = 0.03
+FEET = np.array([[0.36, 0.26, 0.0], [0.36, -0.26, 0.0], [-0.36, 0.26, 0.0], [-0.36, -0.26, 0.0]])
+"""Ground points under the feet of a robot at the origin."""
 
 INTRINSICS = CameraIntrinsics(width=640, height=480, fx=347.997, fy=347.997, cx=319.5, cy=239.5)
+MEDIUM = CameraIntrinsics(width=320, height=240, fx=174.0, fy=174.0, cx=159.5, cy=119.5)
 SMALL = CameraIntrinsics(width=160, height=120, fx=87.0, fy=87.0, cx=79.5, cy=59.5)
 
 
@@ -43,11 +53,14 @@ class Scene:
         return z
 
     def edge_distance(self, x, y):
-        """Returns how far (x, y) is inside the top of its box [m]; -inf off all boxes."""
-        best = -np.inf
-        for x0, x1, y0, y1, _, _ in self.boxes:
-            best = max(best, min(x - x0, x1 - x, y - y0, y1 - y))
-        return best
+        """Returns how far (x, y) is inside the top of its box [m]; negative off all boxes."""
+        return float(self.edge_distances(np.array([[x, y]]))[0])
+
+    def edge_distances(self, points):
+        """The same for ``points`` (n, 2 or more)."""
+        x, y = points[:, :1], points[:, 1:2]
+        x0, x1, y0, y1 = self.boxes[:, :4].T
+        return np.min([x - x0, x1 - x, y - y0, y1 - y], axis=0).max(axis=1)
 
 
 def stepping_stones(size=0.30, gap=0.10, rows=7, columns=5, start=0.75, floor=-0.4):
@@ -88,3 +101,45 @@ def walking_poses(distance, speed=0.3, rate=30.0, height=0.5, bob=0.02, pitch=0.
         X_WB[:3, :3] = rotation(0.02 * np.sin(7 * t), pitch * np.sin(2 * np.pi * 2 * t), yaw)
         X_WB[:3, 3] = [speed * t, 0.03 * np.sin(3 * t), height + bob * np.sin(2 * np.pi * 1.7 * t)]
         yield t, X_WB, yaw
+
+
+def affordance(depth, X_WC, stamp, config, intrinsics, labels=None):
+    """Returns the affordance image of a depth image, as NormalEstimator makes it."""
+    cleaned = clean_depth(depth, config.normals)
+    normals = estimate_normals(cleaned, intrinsics, config.normals)
+    cleaned[depth > config.normals.max_range] = np.inf
+    labels = np.zeros(depth.shape, np.uint8) if labels is None else labels
+    return AffordanceImage(stamp, X_WC, intrinsics, cleaned, normals, labels)
+
+
+def base_pose(x=0.0, y=0.0, height=0.5, yaw=0.0):
+    """Returns X_WB of a level base."""
+    X_WB = np.eye(4)
+    X_WB[:3, :3] = rotation(0.0, 0.0, yaw)
+    X_WB[:3, 3] = [x, y, height]
+    return X_WB
+
+
+def look(scene, poses, config, intrinsics=MEDIUM, memory=None, noise=None):
+    """Returns the egocan's memory after looking at ``scene`` from ``poses`` (t, X_WB, yaw); ``noise`` spoils depth."""
+    for stamp, X_WB, yaw in poses:
+        X_WC = X_WB @ camera_mount()
+        depth = scene.depth(X_WC, intrinsics)
+        image = affordance(depth if noise is None else noise(depth), X_WC, stamp, config, intrinsics)
+        if memory is None:
+            memory = begin_memory(image, yaw, X_WB, FEET, config.egocan)
+        else:
+            memory = update_memory(memory, image, yaw, config.egocan)
+    return memory
+
+
+def regions_of(memory, config):
+    """Returns (can, superpixels, regions) of a memory."""
+    can = draw_egocan(memory, config.egocan)
+    superpixels = segment_superpixels(can, config.superpixels)
+    return can, superpixels, extract_regions(superpixels, FOOT_RADIUS, config.regions)
+
+
+def corners_in_world(region, polygon):
+    """Returns the vertices of ``polygon`` of a region in W [m], (n, 3)."""
+    return polygon @ region.X_WR[:3, :2].T + region.center

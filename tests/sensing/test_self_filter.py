@@ -9,10 +9,10 @@ from pydrake.systems.sensors import ImageDepth32F
 
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.images import CameraIntrinsics
 from quadpips_drake.robots.legs import Leg
 from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.sensing.robot_shapes import load_robot_shapes
 from quadpips_drake.sensing.self_filter import SelfFilterConfig, find_own_body
 from quadpips_drake.sensing.self_filter_system import SelfFilter

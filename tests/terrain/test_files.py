@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.labels import Steppability
 from quadpips_drake.terrain.library import load_terrain, terrain_names
+from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.terrain import Cylinder, Mesh, Terrain
 from quadpips_drake.terrain.terrain_file import write_terrain_file
 from quadpips_drake.terrain.truth import GroundTruth

@@ -5,9 +5,9 @@ import pytest
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
-from quadpips_drake.perception.labels import Steppability
 from quadpips_drake.terrain.library import load_terrain, stairs, stepping_stones
 from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
+from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.terrain import Box, Cylinder, Mesh, Terrain, pose
 from quadpips_drake.terrain.truth import GroundTruth
 
