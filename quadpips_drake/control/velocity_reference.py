@@ -6,9 +6,10 @@ from itertools import pairwise
 import numpy as np
 
 from quadpips_drake.control.gaits import Gait
+from quadpips_drake.control.mpc_horizon import weight_bearing_inputs
 from quadpips_drake.control.reference_publisher import no_reference
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.legs import NUM_JOINTS, NUM_LEGS, Leg
+from quadpips_drake.robots.legs import NUM_JOINTS, Leg
 from quadpips_drake.robots.robot_state import RobotState
 from quadpips_drake.trajectory.reference import ContactSchedule, FootholdTarget, WholeBodyReference
 from quadpips_drake.values import ImmutableValue
@@ -171,14 +172,15 @@ class VelocityWalk:
         c = self._config
         times = now + np.arange(0.0, c.horizon + c.sample_time, c.sample_time)
         states = np.zeros((len(times), 24))
-        inputs = np.zeros((len(times), 24))
-        for i, t in enumerate(times):
-            x, y, yaw = advance(pose, velocity, t - now)
-            states[i, :2] = yaw_matrix(yaw)[:2, :2] @ velocity[:2]
-            states[i, 6:12] = x, y, ground + self._robot.nominal_base_height, 0.0, 0.0, yaw
-            down = schedule.at(t)
-            if np.any(down):
-                inputs[i, 2 : 3 * NUM_LEGS : 3] = np.where(down, self._robot.mass * GRAVITY / down.sum(), 0.0)
+        poses = advance(pose, velocity, times - now)
+        cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+        states[:, 0] = cos * velocity[0] - sin * velocity[1]
+        states[:, 1] = sin * velocity[0] + cos * velocity[1]
+        states[:, 6:8] = poses[:, :2]
+        states[:, 8] = ground + self._robot.nominal_base_height
+        states[:, 11] = poses[:, 2]
+        down = schedule.stance[np.searchsorted(schedule.event_times, times, side="right")]
+        inputs = weight_bearing_inputs(down, self._robot.mass)
         states[:, 12 : 12 + NUM_JOINTS] = self._robot.nominal_joints
         return WholeBodyReference(
             now, 1, times, states, inputs, schedule, self._footholds(now, pose, velocity, ground, schedule, state)
@@ -215,19 +217,14 @@ def longest_stance(gait: Gait) -> float:
     return max(stances, default=gait.duration)
 
 
-def advance(pose: np.ndarray, velocity: np.ndarray, dt: float) -> np.ndarray:
-    """Pose (x, y, yaw) after ``dt`` [s] at constant velocity in its own heading frame (exact along the arc)."""
+def advance(pose: np.ndarray, velocity: np.ndarray, dt) -> np.ndarray:
+    """Pose (x, y, yaw) after ``dt`` [s] at constant velocity in its heading frame, exact along the arc; (n, 3) for n times."""
     forward, left, rate = velocity
-    half = 0.5 * rate * dt
-    heading = pose[2] + half
+    half = 0.5 * rate * np.asarray(dt, dtype=float)
+    cos, sin = np.cos(pose[2] + half), np.sin(pose[2] + half)
     chord = dt * np.sinc(half / np.pi)
-    return np.array(
-        [
-            pose[0] + chord * (np.cos(heading) * forward - np.sin(heading) * left),
-            pose[1] + chord * (np.sin(heading) * forward + np.cos(heading) * left),
-            pose[2] + rate * dt,
-        ]
-    )
+    x, y = pose[0] + chord * (cos * forward - sin * left), pose[1] + chord * (sin * forward + cos * left)
+    return np.stack((x, y, pose[2] + 2.0 * half), axis=-1)
 
 
 def yaw_matrix(yaw: float) -> np.ndarray:

@@ -1,5 +1,6 @@
 """One instance of every LeafSystem of this stage, for the test that compares docstrings with ports."""
 
+from quadpips_drake.control.centroidal_mpc_system import CentroidalMpc
 from quadpips_drake.control.gaits import load_gait
 from quadpips_drake.control.reference_publisher_system import ReferencePublisher
 from quadpips_drake.control.velocity_reference_system import VelocityReference
@@ -10,6 +11,7 @@ from quadpips_drake.robots.robot_model import load_robot
 def make_systems() -> list:
     robot = load_robot("anymal_c")
     return [
+        CentroidalMpc(robot),
         ReferencePublisher(),
         VelocityReference(robot, load_gait("trot")),
         WholeBodyController(robot),
