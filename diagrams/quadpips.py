@@ -21,6 +21,7 @@ from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trajectory.reference import WholeBodyReference
 from quadpips_drake.trajectory.swing_optimizer import SwingPlan
+from quadpips_drake.visualization.meshcat_layers import draw_course
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND, save_recording, start_recording
 
@@ -138,7 +139,8 @@ class QuadpipsDiagram(Diagram):
         )
 
     def start_recording(self) -> None:
-        """Lets Meshcat record from now on."""
+        """Sets the stage in Meshcat and lets it record from now on."""
+        draw_course(self._meshcat, self._terrain)
         start_recording(self._meshcat)
 
     def save_recording(self, path: Path) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.solvers import ClarabelSolver, OsqpSolver, SolverId, SolverOptions
 
 from quadpips_drake.errors import unknown_name
+from quadpips_drake.solvers.failing_solver import FailingSolver
 from quadpips_drake.solvers.piqp_solver import PiqpSolver
 from quadpips_drake.solvers.proxqp_solver import ProxQpSolver
 from quadpips_drake.solvers.qp_solver import QpSolver, SolveDetails
@@ -17,6 +18,7 @@ _FACTORIES = {
     "proxqp": lambda tolerance: ProxQpSolver(**({} if tolerance is None else {"eps_abs": tolerance})),
     "osqp": lambda tolerance: OsqpSolver(),
     "clarabel": lambda tolerance: ClarabelSolver(),
+    "failing": lambda tolerance: FailingSolver(),
 }
 
 
