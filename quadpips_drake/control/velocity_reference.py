@@ -218,7 +218,7 @@ def longest_stance(gait: Gait) -> float:
 
 
 def advance(pose: np.ndarray, velocity: np.ndarray, dt) -> np.ndarray:
-    """Pose (x, y, yaw) after ``dt`` [s] at constant velocity in its heading frame, exact along the arc; (n, 3) for n times."""
+    """Pose (x, y, yaw) after ``dt`` [s], (3,), or (n, 3) for n times, at constant velocity in its heading frame."""
     forward, left, rate = velocity
     half = 0.5 * rate * np.asarray(dt, dtype=float)
     cos, sin = np.cos(pose[2] + half), np.sin(pose[2] + half)

@@ -51,12 +51,15 @@ class WbcConfig:
     early_contact_phase: float = 0.6
     """From this part of a swing on a touch counts as touch-down [1]."""
     base_weight: float = 1.0
+    """Of errors of the base's acceleration [s^4/m^2, s^4/rad^2]."""
     stance_weight: float = 500.0
+    """Of accelerations of feet on the ground [s^4/m^2]."""
     swing_weight: float = 100.0
+    """Of errors of the acceleration of feet in the air [s^4/m^2]."""
     force_weight: float = 0.2
-    """For force errors divided by the robot's mass."""
+    """Of force errors divided by the robot's mass [s^4/m^2]."""
     joint_weight: float = 1e-5
-    """Regularises the joints' accelerations."""
+    """Of the joints' accelerations, to keep them small [s^4/rad^2]."""
     stand_stiffness: float = 2.5
     """Joint stiffness without a policy, as a multiple of the effort limit [1/rad]."""
     stand_damping: float = 0.06
