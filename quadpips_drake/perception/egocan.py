@@ -41,7 +41,7 @@ class EgocanConfig:
     """Columns of the cylinder, over 360 deg [pixels]."""
     cylinder_height: int = 120
     """Rows of the cylinder, over v_fov [pixels]."""
-    cylinder_stride: int = 3
+    cylinder_stride: int = 2
     """Every how many pixels of the depth image a point goes onto the (much coarser) cylinder [pixels]."""
     period: float = 1.0 / 30.0
     """Time between two updates [s]."""

@@ -14,71 +14,79 @@ def pack_camera(X_WC, intrinsics):
 
 
 @njit(cache=True, inline="always")
-def _add_ground(x, y, z, nx, ny, nz, label, first_x, first_y, per_cell, layer, total, labels):
-    """Adds one point to the totals [count, height, normal (3), spare] of its cell; a higher layer displaces a lower one."""
-    i = int(np.floor(x * per_cell)) - first_x
-    j = int(np.floor(y * per_cell)) - first_y
-    if i < 0 or j < 0 or i >= total.shape[0] or j >= total.shape[1]:
+def _add_ground(x, y, z, nx, ny, nz, label, layer, total, labels):
+    """Adds one point (x, y in cells) to the totals [count, height, normal (3)] of its cell; a higher layer displaces a
+    lower one."""
+    if not (0 <= x < total.shape[0] and 0 <= y < total.shape[1]):
         return
-    cell = total[i, j]
-    if cell[0] > 0:
-        above = z - cell[1] / cell[0]
+    i, j = int(x), int(y)
+    n = total[i, j, 0]
+    if n > 0:
+        above = z - total[i, j, 1] / n
         if above < -layer:
             return
-        if above > layer:
-            cell[:] = 0
-    cell[0] += 1
-    cell[1] += z
-    cell[2] += nx
-    cell[3] += ny
-    cell[4] += nz
-    labels[i, j] = max(label, labels[i, j] if cell[0] > 1 else 0)
+        if above <= layer:
+            total[i, j, 0] = n + 1
+            total[i, j, 1] += z
+            total[i, j, 2] += nx
+            total[i, j, 3] += ny
+            total[i, j, 4] += nz
+            labels[i, j] = max(label, labels[i, j])
+            return
+    total[i, j, 0] = 1
+    total[i, j, 1] = z
+    total[i, j, 2] = nx
+    total[i, j, 3] = ny
+    total[i, j, 4] = nz
+    labels[i, j] = label
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract", "arcp"})
 def collect_ground(depth, normals, image_labels, camera, first_cell, cell_size, layer, total, labels):
     """Sums the points of an image per cell; points without a normal (edges, noise) are left out.
 
-    Rows of pixels far ahead lie further apart on the ground than a cell. The sensor sees one unbroken surface between two
-    neighbouring pixels, so the piece between them is added as well, as long as it is as flat as their normals say.
+    ``total`` (n, n, 5): count, height above the camera, normal in C. Close to the camera every second column and row is
+    enough. Rows of pixels far ahead lie further apart on the ground than a cell. The sensor sees one unbroken surface
+    between two neighbouring pixels, so the piece between them is added as well, as long as it is as flat as their normals
+    say.
     """
     R, p, focal = camera
-    fx, fy, cx, cy = focal
+    fx, fy, cx, cy = np.float32(focal[0]), np.float32(focal[1]), np.float32(focal[2]), np.float32(focal[3])
     rows, columns = depth.shape
-    first_x, first_y = first_cell[0], first_cell[1]
     per_cell = 1.0 / cell_size
-    above, known = np.zeros((columns, 3)), np.zeros(columns, np.bool_)  # the pixel above, of each column
+    x0, y0 = np.float32(p[0] * per_cell - first_cell[0]), np.float32(p[1] * per_cell - first_cell[1])
+    r = (R * np.array([[per_cell], [per_cell], [1.0]])).astype(np.float32)  # x and y in cells from here on
+    dense = np.float32(0.35 * cell_size * focal[0])
+    flat = np.float32(0.5 * cell_size)
+    above, known = np.zeros((columns, 3), np.float32), np.zeros(columns, np.bool_)  # the pixel above, in C
     for v in range(rows):
-        b = (v - cy) / fy
+        b = (np.float32(v) - cy) / fy
+        bx, by, bz = r[0, 1] * b + r[0, 2], r[1, 1] * b + r[1, 2], r[2, 1] * b + r[2, 2]
         for u in range(columns):
             z = depth[v, u]
             n0, n1, n2 = normals[v, u, 0], normals[v, u, 1], normals[v, u, 2]
-            if not (z < np.inf and n0 == n0):
+            a = (np.float32(u) - cx) / fx
+            height = z * (r[2, 0] * a + bz)
+            # invalid, above the camera, or one too many
+            spare = (z < dense and u % 2 == 1) or (z < 0.6 * dense and v % 2 == 1)
+            if spare or height >= 0 or not (z < np.inf and n0 == n0):
                 known[u] = False
                 continue
-            a = (u - cx) / fx
-            dx = z * (R[0, 0] * a + R[0, 1] * b + R[0, 2])
-            dy = z * (R[1, 0] * a + R[1, 1] * b + R[1, 2])
-            dz = z * (R[2, 0] * a + R[2, 1] * b + R[2, 2])
-            if dz >= 0:  # above the camera: no ground
-                known[u] = False
-                continue
-            nx = R[0, 0] * n0 + R[0, 1] * n1 + R[0, 2] * n2
-            ny = R[1, 0] * n0 + R[1, 1] * n1 + R[1, 2] * n2
-            nz = R[2, 0] * n0 + R[2, 1] * n1 + R[2, 2] * n2
+            x, y = z * (r[0, 0] * a + bx), z * (r[1, 0] * a + by)
             label = image_labels[v, u]
-            _add_ground(p[0] + dx, p[1] + dy, p[2] + dz, nx, ny, nz, label, first_x, first_y, per_cell, layer, total, labels)
+            _add_ground(x0 + x, y0 + y, height, n0, n1, n2, label, layer, total, labels)
             if known[u]:
-                ex, ey, ez = above[u, 0] - dx, above[u, 1] - dy, above[u, 2] - dz
-                pieces = int(max(abs(ex), abs(ey)) * per_cell * 1.5) + 1
-                if 1 < pieces <= MAX_SUBDIVISION and abs(nx * ex + ny * ey + nz * ez) < 0.5 * cell_size:
+                e0, e1, e2 = above[u, 0] - z * a, above[u, 1] - z * b, above[u, 2] - z
+                ex, ey = r[0, 0] * e0 + r[0, 1] * e1 + r[0, 2] * e2, r[1, 0] * e0 + r[1, 1] * e1 + r[1, 2] * e2
+                pieces = int(max(abs(ex), abs(ey)) * 1.5) + 1
+                if 1 < pieces <= MAX_SUBDIVISION and abs(n0 * e0 + n1 * e1 + n2 * e2) < flat:
+                    ez = r[2, 0] * e0 + r[2, 1] * e1 + r[2, 2] * e2
                     for k in range(1, pieces):
-                        t = k / pieces
+                        t = np.float32(k) / np.float32(pieces)
                         _add_ground(
-                            p[0] + dx + t * ex, p[1] + dy + t * ey, p[2] + dz + t * ez, nx, ny, nz, label,
-                            first_x, first_y, per_cell, layer, total, labels,
-                        )  # fmt: skip
-            above[u, 0], above[u, 1], above[u, 2] = dx, dy, dz
+                            x0 + x + t * ex, y0 + y + t * ey, height + t * ez, n0, n1, n2, label, layer, total, labels
+                        )
+            above[u, 0], above[u, 1], above[u, 2] = z * a, z * b, z
             known[u] = True
 
 
@@ -107,6 +115,7 @@ def merge_ground(
     total, new_label, blend_height, max_count, depth, camera, first_cell, cell_size, margin, height, normal, label, count
 ):
     """Writes the sums of one image into the memory, cell by cell, and forgets what the image disproves."""
+    R = camera[0]
     for i in range(height.shape[0]):
         for j in range(height.shape[1]):
             n = total[i, j, 0]
@@ -120,19 +129,20 @@ def merge_ground(
                         label[i, j] = 0
                         count[i, j] = 0
                 continue
-            z = total[i, j, 1] / n
+            z = camera[1][2] + total[i, j, 1] / n
+            n0, n1, n2 = total[i, j, 2], total[i, j, 3], total[i, j, 4]
+            length = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+            if length == 0:
+                continue
             share = 1.0
             if count[i, j] > 0 and abs(z - height[i, j]) <= blend_height:
                 share = 1.0 / (count[i, j] + 1.0)
             else:
                 count[i, j] = 0
-            length = np.sqrt(total[i, j, 2] ** 2 + total[i, j, 3] ** 2 + total[i, j, 4] ** 2)
-            if length == 0:
-                continue
             height[i, j] = z if share == 1.0 else height[i, j] + share * (z - height[i, j])
             norm = 0.0
             for k in range(3):
-                value = total[i, j, 2 + k] / length
+                value = (R[k, 0] * n0 + R[k, 1] * n1 + R[k, 2] * n2) / length
                 normal[i, j, k] = value if share == 1.0 else normal[i, j, k] + share * (value - normal[i, j, k])
                 norm += normal[i, j, k] ** 2
             if norm > 0:
@@ -152,7 +162,7 @@ def draw_cap(ground_height, ground_normal, ground_label, first_cell, cell_size, 
     size = height.shape[0]
     middle = size // 2
     R = X_WE[:3, :3]
-    spread = abs(R[0, 2]) + abs(R[1, 2])
+    reach = 0.505 * cell_size
     for i in range(ground_height.shape[0]):
         dx = (first_cell[0] + i + 0.5) * cell_size - X_WE[0, 3]
         for j in range(ground_height.shape[1]):
@@ -164,15 +174,20 @@ def draw_cap(ground_height, ground_normal, ground_label, first_cell, cell_size, 
             z = R[0, 2] * dx + R[1, 2] * dy
             scale = focal / y
             u, v = x * scale + middle, z * scale + middle
-            half = 0.505 * cell_size * spread * scale
-            if u + half < 0 or v + half < 0 or u - half > size - 1 or v - half > size - 1:
-                continue
             g0, g1, g2 = ground_normal[i, j, 0], ground_normal[i, j, 1], ground_normal[i, j, 2]
             nx = R[0, 0] * g0 + R[1, 0] * g1
             ny = -g2
             nz = R[0, 2] * g0 + R[1, 2] * g1
-            for row in range(max(0, int(np.ceil(v - half))), min(size - 1, int(np.floor(v + half))) + 1):
-                for column in range(max(0, int(np.ceil(u - half))), min(size - 1, int(np.floor(u + half))) + 1):
+            tilt_x, tilt_z = (nx / ny, nz / ny) if g2 > 0.5 else (0.0, 0.0)
+            # Half the extent of the projected cell, to first order; y changes by -(tilt_x dx + tilt_z dz) across it.
+            a, b = 1.0 + x / y * tilt_x, x / y * tilt_z
+            half_u = reach * scale * (abs(a * R[0, 0] + b * R[0, 2]) + abs(a * R[1, 0] + b * R[1, 2]))
+            a, b = z / y * tilt_x, 1.0 + z / y * tilt_z
+            half_v = reach * scale * (abs(a * R[0, 0] + b * R[0, 2]) + abs(a * R[1, 0] + b * R[1, 2]))
+            first_column, last_column = max(0, int(np.ceil(u - half_u))), min(size - 1, int(np.floor(u + half_u)))
+            first_row, last_row = max(0, int(np.ceil(v - half_v))), min(size - 1, int(np.floor(v + half_v)))
+            for row in range(first_row, last_row + 1):
+                for column in range(first_column, last_column + 1):
                     du, dv = column - middle, row - middle
                     if du * du + dv * dv > middle * middle:  # that ray belongs to the cylinder
                         continue

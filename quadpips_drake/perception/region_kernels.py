@@ -61,34 +61,42 @@ def _extreme_pixels(members, columns):
 
 
 @njit(cache=True)
-def _find_void(points, healthy, box, middle, focal, center, R, max_off_plane, hull, reach):
-    """Returns the plane coordinates (n, 2) of all pixels in ``box`` that are not ground of this plane, near the hull."""
-    rows, columns = healthy.shape
+def _find_void(points, healthy, box, middle, focal, center, R, max_off_plane, polygon):
+    """Returns the plane coordinates (n, 2) of pixels in ``box`` and ``polygon`` that are not ground of this plane.
+
+    Only those next to ground are listed: nothing convex around a piece of ground reaches the others past them.
+    """
     u0, u1, v0, v1 = box
-    void = np.empty(((u1 - u0 + 1) * (v1 - v0 + 1), 2))
-    size = 0
+    is_void = np.zeros((v1 - v0 + 1, u1 - u0 + 1), np.bool_)
     for v in range(v0, v1 + 1):
         for u in range(u0, u1 + 1):
-            if 0 <= v < rows and 0 <= u < columns and healthy[v, u]:
+            inside = 0 <= v < healthy.shape[0] and 0 <= u < healthy.shape[1]
+            if inside and healthy[v, u]:
                 off = 0.0
                 for k in range(3):
                     off += (points[v, u, k] - center[k]) * R[k, 2]
-                if abs(off) <= max_off_plane:
-                    continue
-            x, y = _pixel_on_plane(u, v, middle, focal, center, R)
-            if distance_inside(hull, x, y) > -reach:
-                void[size, 0], void[size, 1] = x, y
-                size += 1
+                is_void[v - v0, u - u0] = abs(off) > max_off_plane
+            else:
+                is_void[v - v0, u - u0] = True
+    void = np.empty((is_void.size, 2))
+    size = 0
+    for i in range(is_void.shape[0]):
+        for j in range(is_void.shape[1]):
+            if is_void[i, j] and not np.all(is_void[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]):
+                x, y = _pixel_on_plane(j + u0, i + v0, middle, focal, center, R)
+                if distance_inside(polygon, x, y) > 0:
+                    void[size, 0], void[size, 1] = x, y
+                    size += 1
     return void[:size]
 
 
 @njit(cache=True)
 def _roomiest_pixel(members, columns, void, middle, focal, center, R):
-    """Returns (x, y, distance) of the member pixel, on a grid of every second one, that is furthest from all of ``void``."""
+    """Returns (x, y, distance) of the member pixel, on a grid of every third one, that is furthest from all of ``void``."""
     best, best_x, best_y = -1.0, 0.0, 0.0
     for i in members:
         u, v = i % columns, i // columns
-        if u % 2 or v % 2:
+        if u % 3 or v % 3:
             continue
         x, y = _pixel_on_plane(u, v, middle, focal, center, R)
         nearest = np.inf
@@ -191,7 +199,7 @@ def _carve_one(members, points, healthy, center, R, middle, focal, clearance, mi
         int(corners[:, 1].min()) - reach,
         int(corners[:, 1].max()) + reach,
     )
-    void = _find_void(points, healthy, box, middle, focal, center, R, max_off_plane, hull, clearance + pixel)
+    void = _find_void(points, healthy, box, middle, focal, center, R, max_off_plane, grow(hull, clearance + pixel))
     boundary = grow(hull, clearance)
     if len(void) > 0:
         x, y, room = _roomiest_pixel(members, columns, void, middle, focal, center, R)
