@@ -15,6 +15,7 @@ from quadpips_drake.errors import unknown_name
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.oracle_regions import OracleRegionConfig
 from quadpips_drake.perception.oracle_regions_system import OracleRegions
+from quadpips_drake.perception.regions import RegionSet
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.robots.robot_state import RobotState
 from quadpips_drake.terrain.terrain import Terrain
@@ -96,6 +97,7 @@ class QuadpipsDiagram(Diagram):
         self.station = builder.AddSystem(SimulationStation(robot, terrain, self._config.station))
         self.robot = self.station.robot
         regions = self._add_regions(builder, timings, seed)
+        self._regions = regions
         self.planning = builder.AddSystem(PlanningModule(self.robot, terrain.goal, self._config.planning, timings=timings))
         self.tracking = builder.AddSystem(TrackingModule(self.robot, self._config.tracking, timings))
         robot_state = self.station.GetOutputPort("robot_state")
@@ -137,6 +139,10 @@ class QuadpipsDiagram(Diagram):
                 "wbc": wbc.fallbacks,
             },
         )
+
+    def region_set(self, root_context) -> RegionSet:
+        """Returns the regions that planning sees."""
+        return self._regions.Eval(self._regions.get_system().GetMyContextFromRoot(root_context))
 
     def start_recording(self) -> None:
         """Sets the stage in Meshcat and lets it record from now on."""
