@@ -48,26 +48,13 @@ def make_perception_module(
     config = config or PerceptionConfig()
     timings = timings or StageTimings()
     builder = DiagramBuilder()
-
-    def add(name, system):
-        return builder.AddNamedSystem(name, system)
-
-    filters = []
-    if config.depth_noise.enabled:
-        filters.append(add("depth_noise", DepthNoise(config.depth_noise, intrinsics=intrinsics, seed=seed, timings=timings)))
-    if config.self_filter.enabled:
-        filters.append(
-            add(
-                "self_filter",
-                SelfFilter(robot, config.self_filter, intrinsics=intrinsics, camera=camera, timings=timings),
-            )
-        )
-
-    mount = robot.camera(camera)
-    normals = add("normal_estimator", NormalEstimator(mount.X_BC, intrinsics, config.normals, timings=timings))
-    egocan = add("legged_egocan", LeggedEgocan(robot, config.egocan, timings=timings))
-    superpixels = add("superpixel_segmenter", SuperpixelSegmenter(config.superpixels, timings=timings))
-    regions = add("region_extractor", RegionExtractor(robot.foot_radius, config.regions, timings=timings))
+    filters = _add_filters(builder, robot, intrinsics, config, timings, camera, seed)
+    normals = builder.AddNamedSystem(
+        "normal_estimator", NormalEstimator(robot.camera(camera).X_BC, intrinsics, config.normals, timings=timings)
+    )
+    egocan = builder.AddNamedSystem("legged_egocan", LeggedEgocan(robot, config.egocan, timings=timings))
+    superpixels = builder.AddNamedSystem("superpixel_segmenter", SuperpixelSegmenter(config.superpixels, timings=timings))
+    regions = builder.AddNamedSystem("region_extractor", RegionExtractor(robot.foot_radius, config.regions, timings=timings))
 
     builder.Connect(normals.GetOutputPort("affordance_image"), egocan.GetInputPort("affordance_image"))
     builder.Connect(egocan.GetOutputPort("egocan"), superpixels.GetInputPort("egocan"))
@@ -89,3 +76,15 @@ def make_perception_module(
     diagram = builder.Build()
     diagram.set_name("perception")
     return diagram
+
+
+def _add_filters(builder, robot, intrinsics, config, timings, camera, seed) -> list:
+    """Adds noise and self-filter, as far as they are enabled, and returns them in the order of the data flow."""
+    filters = []
+    if config.depth_noise.enabled:
+        noise = DepthNoise(config.depth_noise, intrinsics=intrinsics, seed=seed, timings=timings)
+        filters.append(builder.AddNamedSystem("depth_noise", noise))
+    if config.self_filter.enabled:
+        self_filter = SelfFilter(robot, config.self_filter, intrinsics=intrinsics, camera=camera, timings=timings)
+        filters.append(builder.AddNamedSystem("self_filter", self_filter))
+    return filters

@@ -69,6 +69,8 @@ def _cut_into_cells(room, cell: float) -> list[shapely.Polygon]:
     """Returns convex pieces of ``room`` (any polygonal geometry) of about ``cell`` [m] side."""
     pieces = []
     for part in shapely.get_parts(room):
+        if part.is_empty:
+            continue
         x0, y0, x1, y1 = part.bounds
         columns, rows = max(1, round((x1 - x0) / cell)), max(1, round((y1 - y0) / cell))
         x, y = np.linspace(x0, x1, columns + 1), np.linspace(y0, y1, rows + 1)
