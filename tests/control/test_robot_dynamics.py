@@ -1,6 +1,6 @@
 """Terms of the rigid-body dynamics against finite differences and conservation laws."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ from quadpips_drake.control.robot_dynamics import RobotDynamics
 from quadpips_drake.control.standing import standing_state
 from quadpips_drake.control.whole_body_control import rotation_matrix
 from quadpips_drake.robots.robot_model import load_robot
+from tests.control.plant_dynamics import PlantDynamics
 
 
 def _moving(robot):
@@ -20,8 +21,19 @@ def _moving(robot):
         R_WB=rotation_matrix(rpy),
         v_WB=rng.normal(size=3),
         w_WB=rng.normal(size=3),
-        joint_velocities=rng.normal(size=12),
+        joint_positions=np.array(robot.nominal_joints) + 0.2 * rng.normal(size=12),
+        joint_velocities=3.0 * rng.normal(size=12),
     )
+
+
+@pytest.mark.parametrize("name", ["anymal_c", "go2"])
+def test_all_terms_agree_with_a_multibody_plant(name):
+    robot = load_robot(name)
+    state = _moving(robot)
+    ours, drakes = RobotDynamics(robot).evaluate(state), PlantDynamics(robot).evaluate(state)
+    for field in fields(ours):
+        expected = getattr(drakes, field.name)
+        assert getattr(ours, field.name) == pytest.approx(expected, abs=1e-9 * np.abs(expected).max()), field.name
 
 
 @pytest.mark.parametrize("name", ["anymal_c", "go2"])
