@@ -5,6 +5,7 @@ import piqp
 from pydrake.solvers import SolutionResult, SolverId
 
 from quadpips_drake.errors import unknown_name
+from quadpips_drake.solvers.equilibration import EquilibratedProgram
 from quadpips_drake.solvers.qp_solver import QpSolver
 
 _RESULTS = {
@@ -23,25 +24,29 @@ class PiqpSolver(QpSolver):
 
     ``sparse_multistage`` factorises block by block and is made for optimal control problems whose variables are ordered
     stage by stage; ``sparse_ldlt`` suits any sparse program, ``dense_cholesky`` small ones. Further keyword arguments (and
-    solver options of the same name) are PIQP's settings. The answer depends on the program alone, not on earlier solves.
+    solver options of the same name) are PIQP's settings. The answer depends on the program alone, not on earlier solves, to
+    the last bit: the program is scaled here (``equilibration_rounds``) instead of by PIQP, so PIQP's tolerances hold for
+    the residuals of the scaled program.
     """
 
     ID = SolverId("PIQP")
 
-    def __init__(self, kkt_solver: str = "sparse_multistage", **settings):
+    def __init__(self, kkt_solver: str = "sparse_multistage", *, equilibration_rounds: int = 10, **settings):
         if kkt_solver not in KKT_SOLVERS:
             raise unknown_name("KKT solver of PIQP", kkt_solver, KKT_SOLVERS)
-        QpSolver.__init__(self, settings)
+        QpSolver.__init__(self, {"preconditioner_iter": 0, **settings})
         self._kkt_solver = kkt_solver
+        self._rounds = equilibration_rounds
 
     def _solve_matrices(self, entry, changed, settings, initial_guess):
-        qp, dense = entry.matrices, self._kkt_solver == "dense_cholesky"
+        dense = self._kkt_solver == "dense_cholesky"
         if entry.backend is None or changed:
-            entry.backend = self._new_backend(dense)
-            load = entry.backend.setup
+            entry.backend = self._new_backend(dense), EquilibratedProgram(entry.matrices)
+            load = entry.backend[0].setup
         else:
-            load = entry.backend.update
-        solver = entry.backend
+            load = entry.backend[0].update
+        solver, qp = entry.backend
+        qp.load(entry.matrices, self._rounds)
         for name, value in settings.items():
             setattr(solver.settings, name, value)
         hessian, equalities, inequalities = qp.P, qp.A, qp.G
@@ -52,7 +57,7 @@ class PiqpSolver(QpSolver):
         load(hessian, qp.c, equalities, qp.b, inequalities, qp.h_l, qp.h_u, qp.x_l, qp.x_u)
         status = solver.solve()
         info = solver.result.info
-        x = np.array(solver.result.x)
+        x = qp.x_scale * solver.result.x
         result = _RESULTS.get(status, SolutionResult.kSolverSpecificError)
         return x, result, status.name, int(info.iter), (float(info.primal_res), float(info.dual_res))
 

@@ -8,6 +8,7 @@ import numpy as np
 from pydrake.solvers import (
     ClpSolver,
     MathematicalProgram,
+    MathematicalProgramResult,
     SolutionResult,
     SolverInterface,
 )
@@ -81,7 +82,12 @@ class QpSolver(SolverInterface):
         return "" if is_quadratic_program(prog) else f"{self.ID.name()} solves only linear and convex quadratic programs"
 
     def Solve(self, prog, initial_guess=None, solver_options=None, result=None):
-        """Solves ``prog`` into ``result`` (a MathematicalProgramResult); its cost is not set, evaluate it where needed."""
+        """Solves ``prog`` as Drake's solvers do: into ``result`` (a MathematicalProgramResult), or returns a new one.
+
+        Its cost is not set (Drake has no way to do so from Python): ``prog.EvalBindings(prog.GetAllCosts(), x)`` gives it.
+        """
+        wanted = result is None
+        result = MathematicalProgramResult() if wanted else result
         if not self.AreProgramAttributesSatisfied(prog):
             raise ValueError(self.ExplainUnsatisfiedProgramAttributes(prog))
         options = dict(prog.solver_options().options.get(self.ID.name(), {}))
@@ -93,6 +99,7 @@ class QpSolver(SolverInterface):
         ClpSolver().Solve(self._cache[ProgramMatrices.signature_of(prog)].bare_program, None, None, result)
         result.set_x_val(x)
         result.set_solution_result(details.result)
+        return result if wanted else None
 
     def solve_program(self, prog, initial_guess=None, options: dict | None = None) -> tuple[np.ndarray, SolveDetails]:
         """Returns the solution (NaN when there is none) and the ``SolveDetails``."""
