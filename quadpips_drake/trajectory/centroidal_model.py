@@ -3,6 +3,8 @@
 import numpy as np
 from numba import njit
 
+from quadpips_drake.errors import unknown_name
+from quadpips_drake.robots.kinematic_tree import KinematicTree
 from quadpips_drake.robots.legs import NUM_LEGS
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.robots.robot_state import RobotState
@@ -19,6 +21,8 @@ from quadpips_drake.trajectory.centroidal_kernels import (
 )
 from quadpips_drake.trajectory.small_algebra import roll_pitch_yaw_rotation
 
+MODEL_KINDS = ("centroidal", "single_rigid_body")
+
 
 @njit(cache=True)
 def _all_knots(tree, states, inputs):
@@ -31,6 +35,27 @@ def _all_knots(tree, states, inputs):
     return f, a, b, p, v, p_x, v_x, v_u
 
 
+@njit(cache=True)
+def _base_twists(tree, states, inputs):
+    twists = np.empty((len(states), 6))
+    for k in range(len(states)):
+        velocity, w = base_velocity_kernel(tree, states[k], inputs[k])
+        rotation, _ = roll_pitch_yaw_rotation(states[k, 9:12])
+        twists[k, :3] = rotation @ w
+        twists[k, 3:] = velocity
+    return twists
+
+
+def lumped_tree(robot: RobotModel) -> KinematicTree:
+    """Returns the robot's kinematic tree with all mass in the base, as it is distributed at the nominal joints."""
+    tree = robot.tree
+    axes, origins, coms, inertias, _ = link_kinematics(tree, _contiguous(robot.nominal_joints))
+    mass, center, _, inertia, _ = composite_terms(tree, axes, origins, coms, inertias)
+    masses, centers, moments = np.zeros(13), np.zeros((13, 3)), np.zeros((13, 3, 3))
+    masses[0], centers[0], moments[0] = mass, center, inertia
+    return tree._replace(link_mass=masses, link_com=centers, link_inertia=moments)
+
+
 class CentroidalModel:
     """Centroidal dynamics (QuadPiPS eq. 19a; Orin, Goswami, Lee, "Centroidal dynamics of a humanoid robot", 2013).
 
@@ -41,11 +66,16 @@ class CentroidalModel:
     The base velocity follows from the momentum, h = A_b nu_b + A_j v_j. State x (24): linear momentum / mass, angular
     momentum about the centre of mass / mass (both in W), base position, roll-pitch-yaw, joints. Input u (24): foot forces
     in W [N], joint velocities [rad/s]. Rotor inertia of the drives does not count as momentum, as in Drake.
+
+    ``kind`` "single_rigid_body" takes the legs for massless: the whole mass and the inertia at the nominal joints belong to
+    the base (J. Di Carlo et al., "Dynamic locomotion in the MIT Cheetah 3", 2018). State, input and kinematics stay the same.
     """
 
-    def __init__(self, robot: RobotModel):
-        self.robot = robot
-        self.tree = robot.tree
+    def __init__(self, robot: RobotModel, kind: str = "centroidal"):
+        if kind not in MODEL_KINDS:
+            raise unknown_name("model", kind, MODEL_KINDS)
+        self.robot, self.kind = robot, kind
+        self.tree = robot.tree if kind == "centroidal" else lumped_tree(robot)
         self.mass = float(robot.tree.link_mass.sum())
 
     def dynamics(self, x, u) -> np.ndarray:
@@ -64,6 +94,10 @@ class CentroidalModel:
         """Returns the feet's centres in W [m], (4, 3)."""
         rotation, _ = roll_pitch_yaw_rotation(np.asarray(x[9:12], float))
         return x[6:9] + self.robot.foot_positions_B(x[JOINTS:]) @ rotation.T
+
+    def base_twists(self, states, inputs) -> np.ndarray:
+        """Returns angular, then linear velocity of the base in W at n points, (n, 6) [rad/s, m/s]."""
+        return _base_twists(self.tree, _contiguous(states), _contiguous(inputs))
 
     def base_velocity(self, x, u) -> tuple[np.ndarray, np.ndarray]:
         """Returns the base's linear velocity v_WB [m/s] (at its origin) and angular w_WB [rad/s], (3,), both in W."""
@@ -120,4 +154,4 @@ def _contiguous(a):
     return np.ascontiguousarray(a, dtype=float)
 
 
-__all__ = ["GRAVITY", "INPUT_SIZE", "STATE_SIZE", "CentroidalModel"]
+__all__ = ["GRAVITY", "INPUT_SIZE", "MODEL_KINDS", "STATE_SIZE", "CentroidalModel", "lumped_tree"]

@@ -43,6 +43,7 @@ class OcpParameters(NamedTuple):
     swing_directions: int
     min_normal_force: float
     force_unit: float
+    pyramid_friction: float
 
 
 class TaskArrays(NamedTuple):
@@ -180,10 +181,11 @@ def _input_constraints(parameters, task, k, u, dt, feet, change, by_state, by_ra
 @njit(cache=True)
 def _friction(parameters, task, k, u, rows, bounds):
     """Writes the friction pyramids of knot k as rows on w."""
+    slope = task.friction * parameters.pyramid_friction
     for leg in range(4):
         if task.stance[k, leg]:
-            friction_pyramid(task.surface_normal[k, leg], task.friction, rows[leg])
-            bounds[leg] = task.friction * parameters.min_normal_force - rows[leg] @ u[3 * leg : 3 * leg + 3]
+            friction_pyramid(task.surface_normal[k, leg], task.x_ref[k, 11], slope, rows[leg])
+            bounds[leg] = slope * parameters.min_normal_force - rows[leg] @ u[3 * leg : 3 * leg + 3]
             rows[leg] *= parameters.force_unit
         else:
             rows[leg] = 0.0

@@ -2,7 +2,10 @@
 
 from dataclasses import dataclass, field
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.errors import UserInputError, unknown_name
+from quadpips_drake.trajectory.centroidal_model import MODEL_KINDS
+
+FRICTION_PYRAMIDS = ("inscribed", "circumscribed")
 
 
 @dataclass
@@ -54,9 +57,14 @@ class Barrier:
 class OcpConfig:
     """Settings of the optimal control problem (QuadPiPS eq. 19)."""
 
+    model: str = "centroidal"
+    """Dynamics: centroidal (momentum of all links) or single_rigid_body (massless legs)."""
     weights: TrackingWeights = field(default_factory=TrackingWeights)
     friction: float = 0.5
-    """Friction coefficient of the pyramid, unless the task brings its own [-]."""
+    """Friction coefficient, unless the task brings its own [-]."""
+    friction_pyramid: str = "inscribed"
+    """inscribed: |tangential components| <= friction / sqrt(2) * normal, all of it inside the cone; circumscribed: without
+    the root, so the corners lie outside."""
     min_normal_force: float = 0.0
     """Least normal force of a stance foot [N]."""
     joint_position_barrier: Barrier = field(default_factory=lambda: Barrier(0.1, 0.01))
@@ -87,9 +95,18 @@ class OcpConfig:
     """Tolerance on the residuals of the quadratic programs [-]."""
 
     def __post_init__(self):
+        if self.model not in MODEL_KINDS:
+            raise unknown_name("model", self.model, MODEL_KINDS)
+        if self.friction_pyramid not in FRICTION_PYRAMIDS:
+            raise unknown_name("friction pyramid", self.friction_pyramid, FRICTION_PYRAMIDS)
         if self.friction <= 0:
             raise UserInputError(f"friction must be > 0, not {self.friction}")
         if self.swing_constraint_directions not in (1, 3):
             raise UserInputError(f"swing_constraint_directions must be 1 or 3, not {self.swing_constraint_directions}")
         if self.min_normal_force < 0 or min(self.max_step, self.terminal_horizon, self.qp_tolerance) <= 0:
             raise UserInputError("min_normal_force must be >= 0; max_step, terminal_horizon and qp_tolerance must be > 0")
+
+    @property
+    def pyramid_friction(self) -> float:
+        """Slope of the pyramid's faces for a coefficient of 1 [-]."""
+        return 2.0**-0.5 if self.friction_pyramid == "inscribed" else 1.0

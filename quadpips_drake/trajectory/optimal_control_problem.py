@@ -256,6 +256,7 @@ def _parameters(model, config):
         int(config.swing_constraint_directions),
         float(config.min_normal_force),
         float(_FORCE_UNIT_PER_WEIGHT * model.mass * 9.81),
+        float(config.pyramid_friction),
     )
 
 

@@ -118,7 +118,7 @@ class SwingOptimizer:
     def __init__(self, robot: RobotModel, config: SwingOptimizerConfig | None = None):
         self.robot = robot
         self.config = config or SwingOptimizerConfig()
-        self.model = CentroidalModel(robot)
+        self.model = CentroidalModel(robot, self.config.ocp.model)
         self._problems: dict[int, OptimalControlProblem] = {}
 
     def optimize(self, x0, plan: FootholdPlan, stamp: float = 0.0) -> SwingPlan:

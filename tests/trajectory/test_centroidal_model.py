@@ -6,6 +6,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.plant import MultibodyPlant
 
+from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.robot_state import RobotState
 from quadpips_drake.trajectory.centroidal_model import GRAVITY, CentroidalModel
@@ -141,3 +142,24 @@ def test_weight_compensation_balances_linear_momentum(model):
     rate = model.dynamics(x, model.gravity_compensation([True, False, False, True]))
     np.testing.assert_allclose(rate[0:3], 0, atol=1e-12)
     np.testing.assert_allclose(model.foot_positions(x)[:, 2], model.robot.foot_radius, atol=1e-3)
+
+
+def test_single_rigid_body_agrees_where_the_legs_rest_at_nominal(model):
+    """With locked nominal joints both models are one; elsewhere the rigid one's base velocity ignores the legs."""
+    rigid = CentroidalModel(model.robot, "single_rigid_body")
+    assert rigid.mass == pytest.approx(model.mass)
+    x, u = (points[0] for points in random_points(model, 1, seed=6))
+    x[12:], u[12:] = model.robot.nominal_joints, 0.0
+    np.testing.assert_allclose(rigid.dynamics(x, u), model.dynamics(x, u), atol=1e-10)
+    u[12:] = 2.0
+    np.testing.assert_allclose(np.concatenate(rigid.base_velocity(x, u)), np.concatenate(rigid.base_velocity(x, 0 * u)))
+    assert np.abs(rigid.dynamics(x, u) - model.dynamics(x, u))[6:12].max() > 1e-2
+    np.testing.assert_allclose(rigid.foot_positions(x), model.foot_positions(x))
+    a, b = rigid.linearize(x[None], u[None])[1:]
+    np.testing.assert_allclose(a[0], central_difference(lambda z: rigid.dynamics(z, u), x), atol=2e-6)
+    np.testing.assert_allclose(b[0], central_difference(lambda z: rigid.dynamics(x, z), u), atol=2e-6)
+
+
+def test_unknown_models_are_refused(model):
+    with pytest.raises(UserInputError, match="unknown model 'pendulum'"):
+        CentroidalModel(model.robot, "pendulum")

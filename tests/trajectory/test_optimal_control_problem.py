@@ -53,7 +53,7 @@ def test_contacts_are_respected(model, problem, solved):
     np.testing.assert_allclose(forces[~task.stance], 0, atol=1e-6)
     drift = velocity + problem.config.stance_position_gain * (position - task.foot_ref_p[:-1])
     np.testing.assert_allclose(drift[task.stance], 0, atol=1e-4)
-    friction = problem.config.friction
+    friction = problem.config.friction / np.sqrt(2.0)  # the pyramid lies inside the cone
     tolerance = 1e-4 * model.mass * 9.81
     assert (np.abs(forces[..., :2]) <= friction * forces[..., 2:] + tolerance).all()
 
@@ -155,6 +155,41 @@ def test_foothold_regions_hold_back_a_foot(model, problem):
     held = problem.solve(x0, task)
     assert held.success
     assert model.foot_positions(held.X[-1])[0, 0] < model.foot_positions(free.X[-1])[0, 0] - 0.005
+
+
+@pytest.mark.parametrize("limit", ["position_lower", "velocity_limits", "torque_limits"])
+def test_joint_limits_hold_back(model, limit):
+    if model.robot.name != "anymal_c":
+        pytest.skip("one robot is enough")
+    x0, task = trot_task(model, NUM_KNOTS)
+    problem = OptimalControlProblem(model, OcpConfig(), NUM_KNOTS)
+
+    def extremes(solution):
+        torques = -np.einsum(
+            "nlij,nli->nlj",
+            np.array([model.robot.foot_jacobians_B(x[12:]) for x in solution.X[:-1]]),
+            solution.U[:, :12].reshape(-1, 4, 3),
+        )  # the base stays level in this task
+        rates, joints = np.abs(solution.U[:, 12:]).max(axis=0), solution.X[:, 12:].min(axis=0)
+        return {"position_lower": joints, "velocity_limits": rates, "torque_limits": np.abs(torques).max(axis=(0, 1))}[limit]
+
+    free = extremes(problem.solve(x0, task))
+    tight = free + 0.05 if limit == "position_lower" else np.resize(0.8 * free, 12)
+    problem._parameters = problem._parameters._replace(
+        **{limit: np.minimum(tight, x0[12:] - 0.02) if "pos" in limit else tight}
+    )
+    held = extremes(problem.solve(x0, task))
+    moved = held - free if limit == "position_lower" else free - held
+    assert moved.max() > 0.04 * np.abs(free).max()
+    assert moved.min() > -0.1 * np.abs(free).max()
+
+
+def test_single_rigid_body_by_one_switch(model):
+    x0, task = trot_task(model, NUM_KNOTS)
+    config = OcpConfig(model="single_rigid_body")
+    solution = OptimalControlProblem(CentroidalModel(model.robot, config.model), config, NUM_KNOTS).solve(x0, task)
+    assert solution.success
+    np.testing.assert_allclose(solution.X[-1, 6:9], task.x_ref[-1, 6:9], atol=0.06)
 
 
 def test_bad_input():

@@ -131,8 +131,9 @@ def test_foot_constraints_are_derivatives_of_their_residuals(model, z):
 def test_friction_pyramid_in_the_surface_frame():
     normal = np.array([-np.sin(0.4), 0.0, np.cos(0.4)])
     rows = np.empty((4, 3))
-    friction_pyramid(normal, 0.6, rows)
-    frame = surface_frame(normal)
+    friction_pyramid(normal, 0.7, 0.6, rows)
+    frame = surface_frame(normal, 0.7)
+    assert frame[0] @ [-np.sin(0.7), np.cos(0.7), 0.0] == pytest.approx(0.0, abs=0.1)
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
     np.testing.assert_allclose(frame[2], normal)
     inside, outside = 10 * normal + 5.9 * frame[0] - 5.9 * frame[1], 10 * normal + 6.1 * frame[1]

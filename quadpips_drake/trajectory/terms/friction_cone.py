@@ -9,12 +9,15 @@ INACTIVE_BOUND = -1.0
 
 
 @njit(cache=True)
-def surface_frame(normal):
-    """Returns a rotation matrix whose rows are two tangents and the unit ``normal``; the first tangent lies in W's xz plane
-    as far as possible."""
+def surface_frame(normal, yaw):
+    """Returns a rotation matrix whose rows are two tangents and the unit ``normal``; the first tangent points to the heading
+    ``yaw`` [rad] as far as possible."""
     frame = np.empty((3, 3))
     frame[2] = normal / np.sqrt(normal @ normal)
-    first = np.array([1.0, 0.0, 0.0]) if abs(frame[2, 0]) < 0.9 else np.array([0.0, 0.0, 1.0])
+    first = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    if abs(first @ frame[2]) > 0.9:
+        first[:] = 0.0
+        first[2] = 1.0
     first -= (first @ frame[2]) * frame[2]
     frame[0] = first / np.sqrt(first @ first)
     frame[1] = np.cross(frame[2], frame[0])
@@ -22,9 +25,13 @@ def surface_frame(normal):
 
 
 @njit(cache=True)
-def friction_pyramid(normal, friction, rows):
-    """Writes the rows (4, 3) with rows @ f >= 0  <=>  |tangential components of f| <= friction * normal component."""
-    frame = surface_frame(normal)
+def friction_pyramid(normal, yaw, friction, rows):
+    """Writes the rows (4, 3) with rows @ f >= 0  <=>  |tangential components of f| <= friction * normal component.
+
+    The tangents follow the heading, so what a robot can do does not depend on where it faces. With the friction
+    coefficient / sqrt(2) the pyramid lies inside the cone.
+    """
+    frame = surface_frame(normal, yaw)
     for i in range(2):
         rows[2 * i] = friction * frame[2] - frame[i]
         rows[2 * i + 1] = friction * frame[2] + frame[i]
