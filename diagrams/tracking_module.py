@@ -6,7 +6,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from quadpips_drake.control.centroidal_mpc import MpcConfig
 from quadpips_drake.control.centroidal_mpc_system import CentroidalMpc
-from quadpips_drake.control.whole_body_control import WbcConfig
+from quadpips_drake.control.whole_body_config import WbcConfig
 from quadpips_drake.control.whole_body_controller_system import WholeBodyController
 from quadpips_drake.errors import UserInputError
 

@@ -8,7 +8,8 @@ from pydrake.systems.framework import LeafSystem
 
 from quadpips_drake.control.mpc_policy import MpcPolicy
 from quadpips_drake.control.standing import standing_state
-from quadpips_drake.control.whole_body_control import WbcConfig, WholeBodyCommand, WholeBodyControl
+from quadpips_drake.control.whole_body_config import WbcConfig
+from quadpips_drake.control.whole_body_control import WholeBodyCommand, WholeBodyControl
 from quadpips_drake.robots.legs import NUM_JOINTS
 
 
@@ -16,8 +17,9 @@ class WholeBodyController(LeafSystem):
     """Turns the MPC policy into joint torques by a quadratic program over accelerations and contact forces.
 
     min |A z - b|^2 over z = [vdot, f] such that M vdot + bias = [0; tau] + J^T f, f in friction cones, |tau| <= limits
-    (QuadPiPS section VII-C; weights in place of its hierarchy, see WholeBodyControl). A failed program falls back to the
-    last torques with joint damping and is counted in ``wbc_status``.
+    (QuadPiPS section VII-C), tasks ranked by weight or strictly by priority (``WbcConfig.method``; see WholeBodyControl). A
+    failed program falls back to the last torques with joint damping, a failed level of a hierarchy to the levels above; both
+    are counted in ``wbc_status``.
 
     .. pydrake_system::
 

@@ -106,7 +106,9 @@ class ProgramQp:
         eye, zero = np.eye(variables), np.zeros(variables)
         self._cost = self._program.AddQuadraticCost(eye, zero, x, is_convex=True).evaluator()
         A, C = np.ones((equalities, variables)), np.ones((inequalities, variables))
-        self._equality = self._program.AddLinearEqualityConstraint(A, np.zeros(equalities), x).evaluator()
+        self._equality = None
+        if equalities:
+            self._equality = self._program.AddLinearEqualityConstraint(A, np.zeros(equalities), x).evaluator()
         self._inequality = self._program.AddLinearConstraint(C, -np.ones(inequalities), np.ones(inequalities), x).evaluator()
 
     def solve(self, H, g, A, b, C, lower, upper, warm: QpSolution | None = None) -> QpSolution:
@@ -114,7 +116,8 @@ class ProgramQp:
         # Bounds that coincide (a foot in the air) would turn rows into equalities and change the structure of the program.
         upper = np.maximum(upper, lower + 1e-6)
         self._cost.UpdateCoefficients(H, g, is_convex=True)
-        self._equality.UpdateCoefficients(A, b)
+        if self._equality is not None:
+            self._equality.UpdateCoefficients(A, b)
         self._inequality.UpdateCoefficients(C, lower, upper)
         x, details = solve_program(self._solver, self._program)
         return QpSolution(details.success, details.status, details.iterations, x, np.zeros(len(b)), np.zeros(len(lower)))

@@ -39,6 +39,16 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
+class Level:
+    """A task with its place in the order of priority and its weight, for either way of ranking."""
+
+    name: str
+    weight: float
+    """Of the squared errors, where tasks are ranked by weight."""
+    task: Task
+
+
+@dataclass(frozen=True, eq=False)
 class Limits:
     """lower <= A z <= upper."""
 
@@ -69,6 +79,23 @@ def torque_map(dynamics: DynamicsTerms) -> tuple[np.ndarray, np.ndarray]:
 def torque_limits(torque_matrix: np.ndarray, torque_bias: np.ndarray, effort_limits: np.ndarray) -> Limits:
     """|tau| <= effort limits [N m]."""
     return Limits(torque_matrix, -effort_limits - torque_bias, effort_limits - torque_bias)
+
+
+def joint_stops(positions, velocities, lower, upper, rate: float) -> Limits:
+    """Joints are braked ahead of their position limits.
+
+    A joint at distance d from its stop that moves towards it at speed v may accelerate by at most rate^2 d - 2 rate v: so it
+    comes to rest at the stop like a critically damped spring, and never beyond (an exponential barrier of second order:
+    Q. Nguyen, K. Sreenath, Exponential control barrier functions, ACC 2016).
+
+    Args:
+        positions, velocities: of the joints [rad, rad/s], (12,).
+        lower, upper: position limits [rad], (12,).
+        rate: [1/s].
+    """
+    damping = 2.0 * rate * velocities
+    limits = joint_acceleration(np.zeros(NUM_JOINTS)).matrix
+    return Limits(limits, rate**2 * (lower - positions) - damping, rate**2 * (upper - positions) - damping)
 
 
 def friction_pyramids(normals: np.ndarray, contacts: np.ndarray, friction: float, max_force: float) -> Limits:
@@ -107,11 +134,12 @@ def _pyramid_rows(normals, friction):
     return matrix
 
 
-def foot_acceleration(dynamics: DynamicsTerms, accelerations: np.ndarray) -> Task:
-    """Feet accelerate as given, (4, 3) [m/s^2]: J vdot = a - Jdot v. Weight each foot by its own rows."""
-    matrix = np.zeros((NUM_FORCES, NUM_VARIABLES))
-    matrix[:, ACCELERATION] = dynamics.foot_jacobian
-    return Task(matrix, accelerations.ravel() - dynamics.foot_bias)
+def foot_acceleration(dynamics: DynamicsTerms, accelerations: np.ndarray, feet: np.ndarray) -> Task:
+    """The chosen ``feet``, bool (4,), accelerate as given, (4, 3) [m/s^2]: J vdot = a - Jdot v."""
+    rows = np.repeat(feet, 3)
+    matrix = np.zeros((3 * int(feet.sum()), NUM_VARIABLES))
+    matrix[:, ACCELERATION] = dynamics.foot_jacobian[rows]
+    return Task(matrix, accelerations.ravel()[rows] - dynamics.foot_bias[rows])
 
 
 def base_acceleration(acceleration: np.ndarray) -> Task:

@@ -7,7 +7,7 @@ import pytest
 
 from quadpips_drake.control.robot_dynamics import RobotDynamics
 from quadpips_drake.control.standing import standing_state
-from quadpips_drake.control.whole_body_control import rotation_matrix
+from quadpips_drake.control.whole_body_targets import rotation_matrix
 from quadpips_drake.robots.robot_model import load_robot
 from tests.control.plant_dynamics import PlantDynamics
 

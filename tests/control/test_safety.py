@@ -7,7 +7,7 @@ import pytest
 
 from quadpips_drake.control.safety import SafetyConfig, fall_reason, height_above_feet, instability_reason
 from quadpips_drake.control.standing import standing_state
-from quadpips_drake.control.whole_body_control import rotation_matrix
+from quadpips_drake.control.whole_body_targets import rotation_matrix
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import load_robot
 

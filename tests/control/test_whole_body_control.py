@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.control import whole_body_control as wbc
+from quadpips_drake.control import whole_body_targets as targets
 from quadpips_drake.control.contact_logic import FootMode, foot_mode
 from quadpips_drake.control.mpc_policy import MpcPolicy
 from quadpips_drake.control.standing import standing_state
@@ -82,7 +83,7 @@ def test_a_failed_program_is_counted_and_has_a_fallback(monkeypatch):
     policy = _standing_policy(robot)
     good = control.compute(standing_state(robot), policy, wbc.WholeBodyCommand.empty())
     failed = QpSolution(False, "max_iter_reached", 100, np.zeros(30), np.zeros(6), np.zeros(32))
-    monkeypatch.setattr(control._qp, "solve", lambda *args: failed)
+    monkeypatch.setattr(control._method._qp, "solve", lambda *args: failed)
     bad = control.compute(standing_state(robot, 0.002), policy, good)
     assert (bad.success, bad.status, bad.fallbacks) == (False, "max_iter_reached", 1)
     assert bad.torque == pytest.approx(good.torque)  # at rest the damping adds nothing
@@ -96,7 +97,7 @@ def test_a_state_that_is_not_a_number_fails_cleanly():
     robot = load_robot("go2")
     control = wbc.WholeBodyControl(robot)
     good = control.compute(standing_state(robot), _standing_policy(robot), wbc.WholeBodyCommand.empty())
-    solution = control._qp.solve(np.full((30, 30), np.nan), *(np.zeros(1) for _ in range(6)), good.warm)
+    solution = control._method._qp.solve(np.full((30, 30), np.nan), *(np.zeros(1) for _ in range(6)), good.warm)
     assert not solution.success
     assert "not a number" in solution.status
 
@@ -126,9 +127,9 @@ def test_a_foot_that_never_swung_stands():
 
 
 def test_rotation_error_is_the_rotation_vector_for_small_angles():
-    R = wbc.rotation_matrix(np.array([0.1, -0.2, 0.7]))
-    assert wbc.rotation_error(np.array([0.1, -0.2, 0.7]), R) == pytest.approx(np.zeros(3), abs=1e-12)
-    assert wbc.rotation_error(np.array([0.0, 0.0, 0.3]), np.eye(3)) == pytest.approx([0.0, 0.0, 2.0 * np.sin(0.15)])
+    R = targets.rotation_matrix(np.array([0.1, -0.2, 0.7]))
+    assert targets.rotation_error(np.array([0.1, -0.2, 0.7]), R) == pytest.approx(np.zeros(3), abs=1e-12)
+    assert targets.rotation_error(np.array([0.0, 0.0, 0.3]), np.eye(3)) == pytest.approx([0.0, 0.0, 2.0 * np.sin(0.15)])
 
 
 @pytest.mark.parametrize("solver", ["proxqp", "clarabel"])
