@@ -1,6 +1,6 @@
 """The simulation station: a robot on a terrain, with its drives and sensors, behind ports that a real one could have."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pydrake.geometry import GeometryId, MeshcatVisualizer, RoleAssign, SceneGraph
@@ -12,11 +12,13 @@ from pydrake.multibody.plant import (
 )
 from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import DiscreteTimeDelay
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.contact_sensing import find_contact_geometries, touching_links
-from quadpips_drake.robots.legs import JOINTS_PER_LEG, Leg
+from quadpips_drake.robots.legs import JOINTS_PER_LEG, NUM_JOINTS, Leg
+from quadpips_drake.robots.model_errors import ModelErrorConfig, add_payload, set_base_mass
 from quadpips_drake.robots.oracle_state_estimator import OracleStateEstimator
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, add_depth_camera, make_intrinsics
@@ -46,6 +48,7 @@ class StationConfig:
     """Viewing direction of that camera below the horizon [rad]; null: the robot's."""
     camera: DepthCameraConfig = field(default_factory=DepthCameraConfig)
     imu: ImuConfig = field(default_factory=ImuConfig)
+    model_error: ModelErrorConfig = field(default_factory=ModelErrorConfig)
     seed: int = 0
     """Seed of the sensors' noise."""
 
@@ -74,6 +77,7 @@ class SimulationStation(Diagram):
         input_ports:
         - feedforward_torque (optional)
         - desired_joint_state (optional)
+        - applied_spatial_force (optional)
         output_ports:
         - plant_state
         - depth_image
@@ -86,6 +90,7 @@ class SimulationStation(Diagram):
 
     - feedforward_torque: [N m], vector (12,).
     - desired_joint_state: joint positions [rad] and velocities [rad/s], vector (24,).
+    - applied_spatial_force: list of pydrake ExternallyAppliedSpatialForce, frame W: pushes.
     - depth_image: ImageDepth32F (width, height) [m], along the optical axis; 0 too near, inf too far or nothing there. It is
       rendered when it is read, without delay: whoever samples it sets the rate (``camera_period``).
     - camera_pose: RigidTransform X_WC of the optical frame (x right, y down, z forward).
@@ -112,6 +117,7 @@ class SimulationStation(Diagram):
         self.camera_period = 1.0 / config.camera.rate
         """Time between frames [s]."""
         self._truth = GroundTruth(terrain)
+        self._delays: dict[str, DiscreteTimeDelay] = {}
 
         builder = DiagramBuilder()
         self.plant, self.scene_graph = _add_plant(builder, robot, terrain, config)
@@ -135,6 +141,12 @@ class SimulationStation(Diagram):
         p_WB, q = standing_pose(self.robot, self._truth, x, y, yaw)
         plant_context = self.plant.GetMyMutableContextFromRoot(root_context)
         self.robot.set_state(self.plant, plant_context, p_WB, [0.0, 0.0, yaw], q)
+        set_base_mass(self.plant, plant_context, self.robot, self.config.model_error)
+        if self._delays:
+            # What the drives got before the first command arrives: hold the stance.
+            for name, before in (("feedforward_torque", np.zeros(NUM_JOINTS)), ("desired_joint_state", np.r_[q, 0.0 * q])):
+                state = self._delays[name].GetMyMutableContextFromRoot(root_context).get_mutable_discrete_state_vector()
+                state.SetFromVector(np.resize(before, state.size()))
 
     def touching_links(self, root_context) -> list[str]:
         """Returns the robot's links that touch the terrain, feet excepted."""
@@ -182,8 +194,18 @@ class SimulationStation(Diagram):
 
     def _export_plant_ports(self, builder: DiagramBuilder) -> None:
         plant, instance = self.plant, self.plant.GetModelInstanceByName(self.robot.name)
-        builder.ExportInput(plant.get_actuation_input_port(instance), "feedforward_torque")
-        builder.ExportInput(plant.get_desired_state_input_port(instance), "desired_joint_state")
+        late = round(self.config.model_error.actuator_delay / self.config.time_step)
+        for name, port in (
+            ("feedforward_torque", plant.get_actuation_input_port(instance)),
+            ("desired_joint_state", plant.get_desired_state_input_port(instance)),
+        ):
+            if late > 0:
+                delay = DiscreteTimeDelay(self.config.time_step, late, port.size())
+                self._delays[name] = builder.AddNamedSystem(f"{name}_delay", delay)
+                builder.Connect(delay.get_output_port(), port)
+                port = delay.get_input_port()
+            builder.ExportInput(port, name)
+        builder.ExportInput(plant.get_applied_spatial_force_input_port(), "applied_spatial_force")
         builder.ExportOutput(plant.get_state_output_port(), "plant_state")
         builder.ExportOutput(plant.get_net_actuation_output_port(instance), "joint_torques")
         builder.ExportOutput(plant.get_contact_results_output_port(), "contact_results")
@@ -226,8 +248,12 @@ def _add_plant(builder: DiagramBuilder, robot: RobotModel, terrain: Terrain, con
         discrete_contact_approximation=config.contact_approximation,
     )
     plant, scene_graph = AddMultibodyPlant(plant_config, builder)
+    friction = config.model_error.friction
+    if friction is not None:
+        terrain = replace(terrain, friction=friction)
     add_terrain_to_plant(terrain, plant)
     instance = robot.add_to_plant(plant)
+    add_payload(plant, robot, config.model_error)
     for geometry in _collision_geometries(plant, instance):
         _set_friction(plant, scene_graph, geometry, terrain.friction)
     stiffness = robot.stiffness if config.stiffness is None else np.tile(config.stiffness, len(Leg))

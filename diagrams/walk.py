@@ -1,30 +1,38 @@
-"""Walking by velocity command, without perception or planning: station, velocity reference, tracking."""
+"""Walking by velocity command, without perception or planning: station, command, velocity reference, tracking."""
 
 import time as clock
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
+from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import TrajectorySource
-from pydrake.trajectories import PiecewisePolynomial
 
 from quadpips_drake.control.gaits import Gait
 from quadpips_drake.control.safety import SafetyConfig, fall_reason
+from quadpips_drake.control.scripted_command_system import ScriptedCommand
 from quadpips_drake.control.velocity_reference import VelocityReferenceConfig
 from quadpips_drake.control.velocity_reference_system import VelocityReference
+from quadpips_drake.control.walk_command import WalkCommand
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
 from quadpips_drake.diagrams.tracking_module import TrackingConfig, make_tracking_module
+from quadpips_drake.robots.push_system import Push, PushSource
+from quadpips_drake.robots.robot_state import RobotState
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.trajectory.reference import WholeBodyReference
+from quadpips_drake.visualization.meshcat_layers import draw_course
+from quadpips_drake.visualization.recording import FRAMES_PER_SECOND, save_recording, start_recording
+from quadpips_drake.visualization.walk_panel_system import WalkPanel
 
 
 @dataclass
 class WalkConfig:
-    """Everything about a walk but robot, terrain, gait and command."""
+    """The stages of a walk."""
 
     station: StationConfig = field(default_factory=StationConfig)
-    tracking: TrackingConfig = field(default_factory=TrackingConfig)
     velocity_reference: VelocityReferenceConfig = field(default_factory=VelocityReferenceConfig)
+    tracking: TrackingConfig = field(default_factory=TrackingConfig)
     safety: SafetyConfig = field(default_factory=SafetyConfig)
     settle_time: float = 0.5
     """The command begins so long after the start [s]."""
@@ -76,41 +84,119 @@ class WalkLog:
         return {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
 
 
+@dataclass(frozen=True)
+class WalkObservation:
+    """What an onlooker sees of the running diagram."""
+
+    robot_state: RobotState
+    foot_positions: np.ndarray
+    """Centres of the feet in W [m], (4, 3)."""
+    body_touches: bool
+    """Whether the torso touches anything."""
+    reference: WholeBodyReference
+    """What is being tracked."""
+    velocity_command: np.ndarray
+    """Forward, left [m/s], yaw rate [rad/s], (3,)."""
+    gait: str
+    """Name of the gait that is commanded."""
+    planned_forces: np.ndarray
+    """Forces that whole-body control aims at, in W [N], (4, 3)."""
+    foot_modes: np.ndarray
+    """FootMode of each foot, int (4,)."""
+    fallbacks: dict
+    """How often each controller had to fall back so far."""
+
+
 class Walk(Diagram):
-    """Station, velocity reference and tracking, wired up.
+    """Command -> VelocityReference -> tracking -> station, and pushes on the station.
 
     .. pydrake_system::
 
         name: walk
+
+    Args:
+        robot: model of the robot.
+        terrain: world and start.
+        commands: gait and velocity over time.
+        config: the stages' parameters.
+        pushes: forces on the base.
+        timings: collects the stages' computing times.
+        meshcat: where to draw; None draws nothing.
+        panel: whether sliders and buttons in Meshcat (or a gamepad) take the place of ``commands``.
     """
 
     def __init__(
-        self, robot, terrain, gait: Gait, velocity, duration: float, config: WalkConfig, timings=None, meshcat=None
+        self,
+        robot,
+        terrain,
+        commands: list[WalkCommand],
+        config: WalkConfig | None = None,
+        *,
+        pushes: list[Push] = (),
+        timings: StageTimings | None = None,
+        meshcat=None,
+        panel: bool = False,
     ):
         super().__init__()
-        self.robot = robot
+        config = config or WalkConfig()
+        self._terrain, self._meshcat = terrain, meshcat
         builder = DiagramBuilder()
-        self.station = builder.AddSystem(make_simulation_station(robot, terrain, config.station, meshcat))
+        self.station = builder.AddSystem(make_simulation_station(robot, terrain, config.station))
+        self.robot = self.station.robot
         self.tracking = builder.AddSystem(make_tracking_module(robot, config.tracking, timings))
-        source = builder.AddNamedSystem("velocity_command", TrajectorySource(_command(velocity, duration, config)))
-        reference = builder.AddSystem(VelocityReference(robot, gait, config.velocity_reference))
+        self.command = builder.AddSystem(WalkPanel(meshcat, commands[-1]) if panel else ScriptedCommand(commands))
+        self.reference = builder.AddSystem(VelocityReference(robot, config.velocity_reference))
         state = self.station.GetOutputPort("robot_state")
-        builder.Connect(state, reference.GetInputPort("robot_state"))
-        builder.Connect(source.get_output_port(), reference.GetInputPort("velocity_command"))
+        builder.Connect(state, self.reference.GetInputPort("robot_state"))
+        for name in ("velocity_command", "gait"):
+            builder.Connect(self.command.GetOutputPort(name), self.reference.GetInputPort(name))
         builder.Connect(state, self.tracking.GetInputPort("robot_state"))
-        builder.Connect(reference.GetOutputPort("reference"), self.tracking.GetInputPort("reference"))
+        builder.Connect(self.reference.GetOutputPort("reference"), self.tracking.GetInputPort("reference"))
         for name in ("feedforward_torque", "desired_joint_state"):
             builder.Connect(self.tracking.GetOutputPort(name), self.station.GetInputPort(name))
+        if pushes:
+            base = self.station.plant.GetBodyByName("base")
+            source = builder.AddSystem(PushSource(pushes, base, self.robot.tree.link_com[0]))
+            builder.Connect(source.get_output_port(), self.station.GetInputPort("applied_spatial_force"))
+        if meshcat is not None:
+            params = MeshcatVisualizerParams(publish_period=1.0 / FRAMES_PER_SECOND)
+            MeshcatVisualizer.AddToBuilder(builder, self.station.GetOutputPort("query_object"), meshcat, params)
         builder.BuildInto(self)
         self.set_name("walk")
 
+    def set_initial_state(self, root_context, start) -> None:
+        """Stands the robot on the terrain at ``start`` (x, y [m], yaw [rad]); raises UserInputError where it cannot."""
+        self.station.set_initial_state(root_context, *start)
 
-def _command(velocity, duration: float, config: WalkConfig) -> PiecewisePolynomial:
-    """Zero, then the command, then zero again."""
-    begin = config.settle_time
-    end = max(begin + 1e-3, duration - config.stop_time)
-    samples = np.stack((np.zeros(3), velocity, np.zeros(3), np.zeros(3)), axis=1)
-    return PiecewisePolynomial.ZeroOrderHold([0.0, begin, end, end + max(duration, 1.0)], samples)
+    def observe(self, root_context) -> WalkObservation:
+        """Returns what there is to see at the context's time."""
+        state = self._eval(self.station, "robot_state", root_context)
+        policy = self._eval(self.tracking, "mpc_policy", root_context)
+        wbc = self._eval(self.tracking, "wbc_status", root_context)
+        return WalkObservation(
+            robot_state=state,
+            foot_positions=state.p_WB + self.robot.foot_positions_B(state.joint_positions) @ state.R_WB.T,
+            body_touches="base" in self.station.touching_links(root_context),
+            reference=self._eval(self.reference, "reference", root_context),
+            velocity_command=self._eval(self.command, "velocity_command", root_context),
+            gait=self._eval(self.command, "gait", root_context),
+            planned_forces=wbc.forces,
+            foot_modes=wbc.foot_modes,
+            fallbacks={"mpc": policy.fallbacks, "wbc": wbc.fallbacks},
+        )
+
+    def start_recording(self) -> None:
+        """Sets the stage in Meshcat and lets it record from now on."""
+        draw_course(self._meshcat, self._terrain)
+        start_recording(self._meshcat)
+
+    def save_recording(self, path: Path) -> None:
+        """Ends the recording and writes it as one HTML file."""
+        save_recording(self._meshcat, path, title=f"{self.robot.name} walks on {self._terrain.name}")
+
+    @staticmethod
+    def _eval(system, port: str, root_context):
+        return system.GetOutputPort(port).Eval(system.GetMyContextFromRoot(root_context))
 
 
 def simulate_walk(
@@ -124,10 +210,13 @@ def simulate_walk(
     """
     config = config or WalkConfig()
     timings = StageTimings()
-    diagram = Walk(robot, terrain, gait, np.asarray(velocity, dtype=float), duration, config, timings, meshcat)
+    begin = config.settle_time
+    end = max(begin + 1e-3, duration - config.stop_time)
+    commands = [WalkCommand(begin, gait.name, [float(v) for v in velocity]), WalkCommand(end)]
+    diagram = Walk(robot, terrain, commands, config, timings=timings, meshcat=meshcat)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
-    diagram.station.set_initial_state(context, *terrain.start)
+    diagram.set_initial_state(context, terrain.start)
     simulator.Initialize()
     rows, fell = [], ""
     start = clock.perf_counter()

@@ -42,9 +42,11 @@ class Verdict:
 class TrialJudge:
     """Watches a trial sample by sample; memory is only how long the torso has been at the goal."""
 
-    def __init__(self, terrain: Terrain, config: JudgeConfig):
+    def __init__(self, terrain: Terrain, config: JudgeConfig, *, has_goal: bool = True):
+        """Args: the world; limits; whether reaching the terrain's goal ends the trial."""
         self._truth = GroundTruth(terrain)
         self._goal, self._config = np.asarray(terrain.goal, dtype=float), config
+        self._has_goal = has_goal
         self._at_goal_since: float | None = None
 
     def distance_to_goal(self, state: RobotState) -> float:
@@ -73,7 +75,7 @@ class TrialJudge:
         if drops.max() > config.max_foot_drop:
             x, y = foot_bottoms[drops.argmax(), :2]
             return Verdict("left_terrain", f"a foot is {drops.max():.2f} m below the terrain at ({x:.2f}, {y:.2f})")
-        if self.distance_to_goal(state) > config.goal_tolerance:
+        if not self._has_goal or self.distance_to_goal(state) > config.goal_tolerance:
             self._at_goal_since = None
         elif self._at_goal_since is None:
             self._at_goal_since = state.stamp

@@ -6,7 +6,8 @@ from dataclasses import asdict, dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-REASONS = ("goal_reached", "fell", "left_terrain", "timeout", "no_plan", "error")
+REASONS = ("goal_reached", "upright", "fell", "left_terrain", "timeout", "no_plan", "error")
+"""goal_reached is the success of a run, upright (at the end) that of a walk."""
 
 
 @dataclass
@@ -18,8 +19,9 @@ class TrialResult:
     """One of REASONS."""
     robot: str
     terrain: str
-    planner: str
-    seed: int
+    planner: str = ""
+    """Empty for a walk by velocity command."""
+    seed: int = 0
     detail: str = ""
     """One line that says more about the reason: which planner stage found nothing, which limit was broken."""
     sim_time: float = 0.0
@@ -32,6 +34,8 @@ class TrialResult:
     replans: int = 0
     fallbacks: dict = field(default_factory=dict)
     footholds: dict = field(default_factory=lambda: {"planned": 0, "slipped": 0, "missed": 0})
+    walk: dict = field(default_factory=dict)
+    """How well a walk followed its commands, see ``walk_statistics``; empty for a run."""
     versions: dict = field(default_factory=dict)
 
     def __post_init__(self):

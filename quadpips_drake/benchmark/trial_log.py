@@ -11,6 +11,8 @@ class TrialLog:
     """Grows by one row per sample; every array has the sample as its first axis."""
 
     def __init__(self):
+        self.keep_references = True
+        """Whether to collect references as they are published; rolling ones supersede each other too fast for that."""
         self._rows: dict[str, list] = {}
         self.references: list = []
         """Each published WholeBodyReference once, in order."""
@@ -41,7 +43,9 @@ class TrialLog:
         }
         for key, value in row.items():
             self._rows.setdefault(key, []).append(np.array(value))
-        is_new = reference is not None and (not self.references or self.references[-1] is not reference)
+        is_new = (
+            self.keep_references and reference is not None and (not self.references or self.references[-1] is not reference)
+        )
         if is_new and len(reference.times):
             self.references.append(reference)
 

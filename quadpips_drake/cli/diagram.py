@@ -27,7 +27,7 @@ FORMATS = ("svg", "png", "pdf", "dot")
 
 
 def diagram(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="station, perception, planning, tracking or quadpips.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="station, perception, planning, tracking, walk or quadpips.")],
     out: Annotated[Path | None, typer.Option(metavar="FILE.svg", help="Or .png, .pdf, .dot. Default: NAME.svg.")] = None,
     robot: Annotated[str, typer.Option(metavar="NAME", help="anymal_c or go2.")] = "anymal_c",
     terrain: Annotated[str, typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list'.")] = "flat",
@@ -57,6 +57,7 @@ def _builders() -> dict:
         "perception": _perception,
         "planning": _planning,
         "tracking": _tracking,
+        "walk": _walk,
         "quadpips": _quadpips,
     }
 
@@ -84,6 +85,14 @@ def _tracking(robot, terrain):
     from quadpips_drake.diagrams.tracking_module import make_tracking_module
 
     return make_tracking_module(robot)
+
+
+def _walk(robot, terrain):
+    from quadpips_drake.control.walk_command import WalkCommand
+    from quadpips_drake.diagrams.walk import Walk
+    from quadpips_drake.robots.push_system import Push
+
+    return Walk(robot, terrain, [WalkCommand(gait="trot")], pushes=[Push()])
 
 
 def _quadpips(robot, terrain):

@@ -1,11 +1,14 @@
-"""A whole-body reference out of a velocity command: walking on flat ground without a planner."""
+"""A whole-body reference out of a velocity command and a gait: walking on unseen ground without a planner."""
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
 
-from quadpips_drake.control.gaits import Gait
+from quadpips_drake.control.gait_timeline import GaitTimeline, standing_timeline
+from quadpips_drake.control.gaits import Gait, load_gait
+from quadpips_drake.control.ground_plane import GroundPlane, fitted_plane
 from quadpips_drake.control.mpc_horizon import weight_bearing_inputs
 from quadpips_drake.control.reference_publisher import no_reference
 from quadpips_drake.errors import UserInputError
@@ -16,7 +19,9 @@ from quadpips_drake.values import ImmutableValue
 
 GRAVITY = 9.81
 STILL = 1e-3
-"""Commands below this [m/s, rad/s] mean standing."""
+"""Speeds below this [m/s, rad/s] count as standing."""
+STANCE = "stance"
+"""Name of the gait without swings."""
 
 
 @dataclass
@@ -28,7 +33,11 @@ class VelocityReferenceConfig:
     sample_time: float = 0.05
     """Distance of its samples [s]."""
     start_delay: float = 0.3
-    """From the first command to the first lift-off [s]."""
+    """From the command to walk to the first lift-off [s]."""
+    change_lead: float = 0.04
+    """When the gait is to change, feet are lifted as planned for so long [s]."""
+    change_pause: float = 0.05
+    """How long all feet stay down between two gaits [s]."""
     max_acceleration: float = 0.5
     """How fast the commanded velocity is taken up [m/s^2]."""
     max_yaw_acceleration: float = 1.0
@@ -45,12 +54,28 @@ class VelocityReferenceConfig:
     """How far a foot may move ahead of its hip and behind it, as part of the hip's height [1]; commands that need more in
     the given gait are scaled down."""
     ground_filter_time: float = 0.2
-    """Time constant of the estimated ground height [s]."""
+    """Time constant of the estimated height of the ground [s]."""
+    slope_filter_time: float = 0.6
+    """Time constant of its estimated slope [s]; 0: the ground is taken as level."""
+    slope_following: float = 1.0
+    """Inclination of the base as part of the ground's, 0..1 [1]."""
 
     def __post_init__(self):
         for name in ("horizon", "sample_time", "max_acceleration", "max_yaw_acceleration", "ground_filter_time"):
             if getattr(self, name) <= 0.0:
                 raise UserInputError(f"velocity_reference.{name} must be positive, is {getattr(self, name)}")
+        for name in (
+            "start_delay",
+            "change_lead",
+            "change_pause",
+            "slope_filter_time",
+            "velocity_feedback",
+            "max_correction",
+        ):
+            if getattr(self, name) < 0.0:
+                raise UserInputError(f"velocity_reference.{name} must not be negative, is {getattr(self, name)}")
+        if not 0.0 <= self.slope_following <= 1.0:
+            raise UserInputError(f"velocity_reference.slope_following must be 0..1, is {self.slope_following}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,85 +88,91 @@ class WalkMemory(ImmutableValue):
     """Reference x, y [m], yaw [rad], (3,)."""
     velocity: np.ndarray
     """Velocity taken up so far: forward, left [m/s], yaw rate [rad/s], (3,)."""
-    ground: float
-    """Height of the ground under the feet [m]."""
-    gait_start: float = np.inf
-    """Beginning of the first gait cycle [s]; infinite while standing."""
-    gait_stop: float = np.inf
-    """The walk ends with the first complete cycle after this time [s]."""
+    timeline: GaitTimeline
+    """Gaits so far and to come."""
+    touched: np.ndarray | None = None
+    """Where each foot touched the ground last, in W [m], (4, 3)."""
+    ground: GroundPlane | None = None
+    """The plane through these points."""
+    still_since: float = np.inf
+    """Since when the velocity taken up has been zero [s]; infinite while it is not."""
     reference: WholeBodyReference = None
     """Result of the update."""
 
     @staticmethod
     def empty() -> "WalkMemory":
-        return WalkMemory(-np.inf, np.zeros(3), np.zeros(3), 0.0, reference=no_reference())
+        return WalkMemory(-np.inf, np.zeros(3), np.zeros(3), standing_timeline(load_gait(STANCE)), reference=no_reference())
 
 
 class VelocityWalk:
     """Rolling reference: the base moves with the command, feet come down where Raibert's rule wants them.
 
     A foot is placed where its nominal foothold lies below the reference base in the middle of the coming stance, plus
-    k sqrt(h / g) (v - v_ref) (M. Raibert, Legged Robots That Balance, 1986), on the plane z = height of the present stance
-    feet.
+    k sqrt(h / g) (v - v_ref) (M. Raibert, Legged Robots That Balance, 1986), on the plane through the points where the feet
+    touched the ground last. The base follows the inclination of that plane.
     """
 
-    def __init__(self, robot, gait: Gait, config: VelocityReferenceConfig | None = None):
+    def __init__(self, robot, config: VelocityReferenceConfig | None = None):
         self._robot = robot
-        self._gait = gait
         self._config = config or VelocityReferenceConfig()
         self._footholds_B = robot.nominal_footholds_B
         self._height = -float(self._footholds_B[:, 2].mean())
-        self._max_speed = 2.0 * self._config.max_stride_ratio * self._height / longest_stance(gait)
 
-    def update(self, memory: WalkMemory, state: RobotState, command: np.ndarray) -> WalkMemory:
+    def update(self, memory: WalkMemory, state: RobotState, command: np.ndarray, gait: Gait) -> WalkMemory:
         """Next memory, with the reference from ``state.stamp`` on.
 
         Args:
             memory: result of the last update.
             state: measured state.
             command: forward, left [m/s], yaw rate [rad/s] in the robot's heading frame, (3,).
+            gait: in which to walk; a gait without swings: to stop, and stand.
         """
         c = self._config
         now = state.stamp
-        if not np.isfinite(memory.stamp):
-            pose = np.array([*self._stance_centre(state), state.rpy_WB[2]])
-            memory = WalkMemory(now, pose, np.zeros(3), self._feet(state)[:, 2].mean() - self._robot.foot_radius)
+        if memory.touched is None:
+            memory = self._first(state, memory)
         dt = now - memory.stamp
-        start, stop = self._phase(memory, command, now)
-        moving = now >= start
-        command = self._feasible(command)
+        timeline = self._timeline(memory, gait, now)
+        walking = timeline.gait.name != STANCE and timeline.is_under_way(now)
+        command = self._feasible(command, timeline.gait) if walking and gait.name != STANCE else np.zeros(3)
         step = dt * np.array([c.max_acceleration, c.max_acceleration, c.max_yaw_acceleration])
-        velocity = memory.velocity + (np.clip(command - memory.velocity, -step, step) if moving else 0.0)
-        pose = memory.pose if not moving else self._leashed(advance(memory.pose, velocity, dt), state)
-        ground = self._ground(memory.ground, state, dt)
-        schedule = ContactSchedule.standing()
-        if np.isfinite(start):
-            schedule = self._gait.schedule(start, stop, until=now + c.horizon + self._gait.duration)
-            if now > schedule.event_times[-1] and np.isfinite(stop):
-                start, stop, schedule = np.inf, np.inf, ContactSchedule.standing()
-        if not np.isfinite(start):
-            velocity = np.zeros(3)
+        velocity = memory.velocity + np.clip(command - memory.velocity, -step, step)
+        still = bool(np.all(np.abs(velocity) <= STILL))
+        pose = memory.pose if still else advance(memory.pose, velocity, dt)
+        pose = self._leashed(pose, state) if walking else pose
+        touched, ground = self._ground(memory, state, timeline, dt)
+        schedule = timeline.schedule(now, now + c.horizon + timeline.gait.duration)
         reference = self._reference(now, pose, velocity, ground, schedule, state)
-        return WalkMemory(now, pose, velocity, ground, start, stop, reference)
+        still_since = min(memory.still_since, now) if still else np.inf
+        return WalkMemory(now, pose, velocity, timeline, touched, ground, still_since, reference)
 
-    def _feasible(self, command: np.ndarray) -> np.ndarray:
+    def _first(self, state: RobotState, memory: WalkMemory) -> WalkMemory:
+        """The memory of a robot that stands: its reference is above its feet."""
+        feet = self._feet(state)
+        nominal = self._footholds_B[:, :2].mean(axis=0)
+        centre = feet[:, :2].mean(axis=0) - yaw_matrix(state.rpy_WB[2])[:2, :2] @ nominal
+        touched = feet - [0.0, 0.0, self._robot.foot_radius]
+        ground = fitted_plane(touched, centre)
+        pose = np.array([*centre, state.rpy_WB[2]])
+        return WalkMemory(state.stamp, pose, np.zeros(3), memory.timeline, touched, ground, state.stamp)
+
+    def _timeline(self, memory: WalkMemory, gait: Gait, now: float) -> GaitTimeline:
+        """The timeline with the wanted gait; to stop, the robot first steps on the spot for a cycle, which orders its feet."""
+        c = self._config
+        timeline = memory.timeline
+        if gait.name == timeline.gait.name:
+            return timeline
+        if gait.name == STANCE and now < memory.still_since + timeline.gait.duration:
+            return timeline
+        pause = c.start_delay - c.change_lead if timeline.gait.name == STANCE else c.change_pause
+        return timeline.changed_to(gait, now, lead=c.change_lead, pause=max(pause, 0.0))
+
+    def _feasible(self, command: np.ndarray, gait: Gait) -> np.ndarray:
         """The command, scaled down to what the legs can reach: during a stance the base moves two strides."""
+        max_speed = 2.0 * self._config.max_stride_ratio * self._height / longest_stance(gait)
         arms = self._footholds_B[:, 1::-1] * [-1.0, 1.0]
         speeds = np.sqrt(((command[:2] + command[2] * arms) ** 2).sum(axis=1))
-        return command * min(1.0, self._max_speed / max(speeds.max(), 1e-9))
-
-    def _phase(self, memory: WalkMemory, command, now: float) -> tuple[float, float]:
-        """Start and stop of the gait."""
-        wanted = np.any(np.abs(command) > STILL)
-        start, stop = memory.gait_start, memory.gait_stop
-        if wanted and not np.isfinite(start):
-            return now + self._config.start_delay, np.inf
-        if wanted:
-            return start, np.inf
-        still = np.all(np.abs(memory.velocity) <= STILL)
-        if np.isfinite(start) and still and not np.isfinite(stop):
-            return start, now
-        return start, stop
+        return command * min(1.0, max_speed / max(speeds.max(), 1e-9))
 
     def _leashed(self, pose: np.ndarray, state: RobotState) -> np.ndarray:
         """Keeps the reference close to the robot: an obstacle or a push does not wind it up."""
@@ -156,19 +187,16 @@ class VelocityWalk:
         """Foot centres in W, (4, 3)."""
         return state.p_WB + self._robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
 
-    def _stance_centre(self, state: RobotState) -> np.ndarray:
-        """Where the base belongs above the present feet, xy [m]."""
-        nominal = self._footholds_B[:, :2].mean(axis=0)
-        return self._feet(state)[:, :2].mean(axis=0) - yaw_matrix(state.rpy_WB[2])[:2, :2] @ nominal
+    def _ground(self, memory: WalkMemory, state: RobotState, timeline: GaitTimeline, dt: float):
+        """Where the feet touched the ground last (4, 3), and the plane through these points, low-passed."""
+        c = self._config
+        down = state.contacts & timeline.schedule(state.stamp, state.stamp + 0.1).at(state.stamp)
+        radius = self._robot.foot_radius
+        touched = np.where(down[:, None], self._feet(state) - radius * memory.ground.normal, memory.touched)
+        gains = [1.0 - np.exp(-dt / time) if time > 0.0 else 0.0 for time in (c.ground_filter_time, c.slope_filter_time)]
+        return touched, memory.ground.improved(touched, state.p_WB[:2], *gains)
 
-    def _ground(self, ground: float, state: RobotState, dt: float) -> float:
-        """Low-passed height of the ground under the feet that touch it [m]."""
-        if not np.any(state.contacts):
-            return ground
-        seen = self._feet(state)[state.contacts, 2].mean() - self._robot.foot_radius
-        return ground + (1.0 - np.exp(-dt / self._config.ground_filter_time)) * (seen - ground)
-
-    def _reference(self, now, pose, velocity, ground, schedule: ContactSchedule, state) -> WholeBodyReference:
+    def _reference(self, now, pose, velocity, ground: GroundPlane, schedule: ContactSchedule, state) -> WholeBodyReference:
         c = self._config
         times = now + np.arange(0.0, c.horizon + c.sample_time, c.sample_time)
         states = np.zeros((len(times), 24))
@@ -176,22 +204,24 @@ class VelocityWalk:
         cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
         states[:, 0] = cos * velocity[0] - sin * velocity[1]
         states[:, 1] = sin * velocity[0] + cos * velocity[1]
+        states[:, 2] = states[:, :2] @ ground.slope
         states[:, 6:8] = poses[:, :2]
-        states[:, 8] = ground + self._robot.nominal_base_height
+        states[:, 8] = ground.at(poses[:, :2]) + self._robot.nominal_base_height
+        states[:, 9:11] = c.slope_following * ground.inclination(poses[:, 2])
         states[:, 11] = poses[:, 2]
         down = schedule.stance[np.searchsorted(schedule.event_times, times, side="right")]
         inputs = weight_bearing_inputs(down, self._robot.mass)
         states[:, 12 : 12 + NUM_JOINTS] = self._robot.nominal_joints
-        return WholeBodyReference(
-            now, 1, times, states, inputs, schedule, self._footholds(now, pose, velocity, ground, schedule, state)
-        )
+        footholds = self._footholds(now, pose, velocity, ground, schedule, state)
+        return WholeBodyReference(now, 1, times, states, inputs, schedule, footholds)
 
-    def _footholds(self, now, pose, velocity, ground, schedule: ContactSchedule, state) -> tuple:
+    def _footholds(self, now, pose, velocity, ground: GroundPlane, schedule: ContactSchedule, state) -> tuple:
         """FootholdTargets of all swings that touch down within the horizon."""
         c = self._config
         drift = state.v_WB[:2] - yaw_matrix(pose[2])[:2, :2] @ velocity[:2]
         correction = c.velocity_feedback * np.sqrt(self._height / GRAVITY) * drift
         correction = correction * min(1.0, c.max_correction / max(np.sqrt(correction @ correction), 1e-9))
+        normal = ground.normal
         targets = []
         for leg in Leg:
             swings = schedule.swings(leg)
@@ -202,11 +232,13 @@ class VelocityWalk:
                 x, y, yaw = advance(pose, velocity, touchdown + 0.5 * stance - now)
                 position = np.array([x, y, 0.0]) + yaw_matrix(yaw) @ self._footholds_B[leg]
                 position[:2] += correction
-                position[2] = ground + self._robot.foot_radius
-                targets.append(FootholdTarget(leg, liftoff, touchdown, position, np.array([0.0, 0.0, 1.0])))
+                position[2] = ground.at(position[:2])
+                position += self._robot.foot_radius * normal
+                targets.append(FootholdTarget(leg, liftoff, touchdown, position, normal))
         return tuple(sorted(targets, key=lambda target: target.touchdown_time))
 
 
+@cache
 def longest_stance(gait: Gait) -> float:
     """Longest time that a foot stays down in the gait [s]; the cycle for a gait without swings."""
     schedule = gait.schedule(0.0, 3.0 * gait.duration)

@@ -3,17 +3,18 @@
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.control.gaits import Gait
+from quadpips_drake.control.gaits import load_gait
 from quadpips_drake.control.reference_publisher import no_reference
 from quadpips_drake.control.standing import standing_state
-from quadpips_drake.control.velocity_reference import VelocityReferenceConfig, VelocityWalk, WalkMemory
+from quadpips_drake.control.velocity_reference import STANCE, VelocityReferenceConfig, VelocityWalk, WalkMemory
 
 
 class VelocityReference(LeafSystem):
-    """Makes a rolling whole-body reference with Raibert footholds on flat ground from a velocity command.
+    """Makes a rolling whole-body reference with Raibert footholds from a velocity command and a gait.
 
     The base reference integrates the command; a foot comes down at its nominal place below the base in the middle of its
-    next stance, plus k sqrt(h / g) (v - v_ref) (M. Raibert, Legged Robots That Balance, 1986).
+    next stance, plus k sqrt(h / g) (v - v_ref) (M. Raibert, Legged Robots That Balance, 1986), on the plane through the
+    points where the feet touched the ground last.
 
     .. pydrake_system::
 
@@ -21,22 +22,24 @@ class VelocityReference(LeafSystem):
         input_ports:
         - robot_state
         - velocity_command
+        - gait
         output_ports:
         - reference
 
     - robot_state: RobotState, frame W.
-    - velocity_command: vector (3,): forward, left [m/s], yaw rate [rad/s] in the heading frame of the robot; zero: the walk
-      ends with its gait cycle.
+    - velocity_command: vector (3,): forward, left [m/s], yaw rate [rad/s] in the heading frame of the robot.
+    - gait: str, name of the gait to walk in; it may change at any time. "stance": slow down, step once on the spot, stand.
     - reference: WholeBodyReference in absolute time, frame W, from now over the configured horizon; without samples before
       the first update. Updated at 1 / ``period``.
     """
 
-    def __init__(self, robot, gait: Gait, config: VelocityReferenceConfig | None = None, *, period: float = 0.02):
+    def __init__(self, robot, config: VelocityReferenceConfig | None = None, *, period: float = 0.02):
         super().__init__()
         self.set_name("velocity_reference")
-        self._walk = VelocityWalk(robot, gait, config)
+        self._walk = VelocityWalk(robot, config)
         self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(standing_state(robot)))
         self._command = self.DeclareVectorInputPort("velocity_command", 3)
+        self._gait = self.DeclareAbstractInputPort("gait", AbstractValue.Make(STANCE))
         self._state = self.DeclareAbstractState(AbstractValue.Make(WalkMemory.empty()))
         self.DeclareInitializationUnrestrictedUpdateEvent(self._update)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, period, self._update)
@@ -51,5 +54,7 @@ class VelocityReference(LeafSystem):
         return context.get_abstract_state(int(self._state)).get_value()
 
     def _update(self, context, state):
-        memory = self._walk.update(self._memory(context), self._robot_state.Eval(context), self._command.Eval(context))
+        gait = load_gait(self._gait.Eval(context))
+        inputs = self._robot_state.Eval(context), self._command.Eval(context)
+        memory = self._walk.update(self._memory(context), *inputs, gait)
         state.get_mutable_abstract_state(int(self._state)).set_value(memory)

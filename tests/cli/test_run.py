@@ -8,7 +8,8 @@ import yaml
 from typer.testing import CliRunner
 
 from quadpips_drake.cli.main import app
-from quadpips_drake.cli.run import RunProgress, default_directory, resolve_trial_config
+from quadpips_drake.cli.run import default_directory, resolve_trial_config
+from quadpips_drake.cli.trials import RunProgress
 from quadpips_drake.errors import UserInputError
 
 BAD_INPUT = [
@@ -43,7 +44,7 @@ def quadpips(*arguments, cwd=None):
 @pytest.mark.parametrize(("arguments", "parts"), BAD_INPUT, ids=lambda value: " ".join(value))
 def test_bad_input_ends_with_one_line_and_status_2(arguments, parts, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("quadpips_drake.benchmark.trial.Simulator", None)  # refused before anything is simulated
+    monkeypatch.setattr("quadpips_drake.benchmark.simulated_trial.Simulator", None)  # refused before anything is simulated
     status, _, errors = quadpips("run", "--no-recording", *arguments)
     lines = [line for line in errors.splitlines() if line.strip() and not line.startswith("building")]
     assert status == 2, errors

@@ -13,22 +13,24 @@ from quadpips_drake.robots.robot_model import load_robot
 ROBOT = load_robot("go2")
 
 
-def _follow(walk, memory, command, start, stop):
-    """A robot that is always where its reference is."""
+def _follow(walk, memory, command, gait, start, stop):
+    """A robot that is always where its reference is, with its feet on level ground."""
     for now in np.arange(start, stop, 0.02):
-        x, y, _ = memory.pose
+        x, y, yaw = memory.pose
         state = replace(
             standing_state(ROBOT, now),
             p_WB=np.array([x, y, ROBOT.nominal_base_height]),
+            rpy_WB=np.array([0.0, 0.0, yaw]),
             v_WB=np.array([*memory.velocity[:2], 0]),
+            contacts=np.ones(4, dtype=bool),
         )
-        memory = walk.update(memory, state, np.asarray(command, float))
+        memory = walk.update(memory, state, np.asarray(command, float), load_gait(gait))
     return memory
 
 
 def test_moves_with_the_command_and_stops_standing():
-    walk = VelocityWalk(ROBOT, load_gait("trot"))
-    memory = _follow(walk, WalkMemory.empty(), [0.3, 0.0, 0.0], 0.0, 3.0)
+    walk = VelocityWalk(ROBOT)
+    memory = _follow(walk, WalkMemory.empty(), [0.3, 0.0, 0.0], "trot", 0.0, 3.0)
     assert memory.velocity == pytest.approx([0.3, 0.0, 0.0])
     assert memory.pose[0] > 0.5
     reference = memory.reference
@@ -40,10 +42,17 @@ def test_moves_with_the_command_and_stops_standing():
         )
         assert target.position[0] == pytest.approx(nominal, abs=1e-6)
         assert target.position[2] == pytest.approx(ROBOT.foot_radius, abs=1e-6)
-    memory = _follow(walk, memory, [0.0, 0.0, 0.0], 3.0, 6.0)
+    memory = _follow(walk, memory, [0.3, 0.0, 0.0], "stance", 3.0, 6.0)
+    assert memory.velocity == pytest.approx([0.0, 0.0, 0.0])
+    assert memory.timeline.gait.name == "stance"
     assert memory.reference.schedule.at(6.0).all()
     assert memory.reference.footholds == ()
-    assert not np.isfinite(memory.gait_start)
+
+
+def test_a_zero_velocity_is_a_walk_on_the_spot():
+    memory = _follow(VelocityWalk(ROBOT), WalkMemory.empty(), [0.0, 0.0, 0.0], "trot", 0.0, 2.0)
+    assert memory.pose == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+    assert len(memory.reference.footholds) > 4
 
 
 def test_advance_goes_round_a_circle():
@@ -55,5 +64,5 @@ def test_advance_goes_round_a_circle():
 
 
 def test_a_command_beyond_the_legs_reach_is_scaled_down():
-    fast = _follow(VelocityWalk(ROBOT, load_gait("standing_walk")), WalkMemory.empty(), [0.3, 0.0, 0.0], 0.0, 3.0)
+    fast = _follow(VelocityWalk(ROBOT), WalkMemory.empty(), [0.3, 0.0, 0.0], "standing_walk", 0.0, 3.0)
     assert 0.1 < fast.velocity[0] < 0.25

@@ -1,0 +1,87 @@
+"""``quadpips walk``: walking by velocity command, without camera and planner."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadpips_drake.cli import console
+from quadpips_drake.cli.trials import resolve_config, run_and_report
+
+EPILOG = """
+Examples:
+
+  quadpips walk --gait trot --velocity 0.5,0,0
+
+  quadpips walk --robot go2 --gait trot --velocity 0,0,0.5 --duration 20
+
+  quadpips walk --push 0,250,0,4,0.1       250 N to the left (world y) at 4 s, for 0.1 s
+
+  quadpips walk --terrain bumps --set stages.station.model_error.payload=10
+
+  quadpips walk --set 'changes=[{time: 4, gait: static_walk, velocity: [0.2, 0, 0]}]'
+
+  quadpips walk --meshcat --duration 600    sliders, buttons or a gamepad in a browser
+
+Gaits: stance, trot, standing_trot, slow_trot, flying_trot, static_walk, standing_walk, dynamic_walk, amble, pace,
+standing_pace.
+
+Exit status: 0 upright at the end, 1 the trial failed, 2 bad input.
+"""
+
+
+def walk(
+    scenario: Annotated[
+        Path | None, typer.Argument(metavar="SCENARIO", help="YAML file with any of the keys of a saved config.yaml.")
+    ] = None,
+    robot: Annotated[str | None, typer.Option(metavar="NAME", help="anymal_c or go2. Default: anymal_c.")] = None,
+    gait: Annotated[str | None, typer.Option(metavar="NAME", help="See below. Default: trot.")] = None,
+    velocity: Annotated[
+        str | None,
+        typer.Option(metavar="VX,VY,WZ", help="Forward and left, m/s, and yaw rate, rad/s. Default: 0.3,0,0."),
+    ] = None,
+    duration: Annotated[float | None, typer.Option(metavar="S", help="Simulated time, s. Default: 10.")] = None,
+    terrain: Annotated[
+        str | None, typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list', or a file. Default: flat.")
+    ] = None,
+    push: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="N,E,W,T0,DT", help="Force on the base along x, y, z of the world, N, from T0 for DT s; repeatable."
+        ),
+    ] = None,
+    start: Annotated[str | None, typer.Option(metavar="X,Y,YAW", help="Start, m and rad. Default: the terrain's.")] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="Of all random numbers. Default: 0.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="For the results. Default: out/ROBOT-TERRAIN-GAIT-SEED.")
+    ] = None,
+    meshcat: Annotated[
+        bool, typer.Option("--meshcat", help="Show the walk in a browser, with sliders for velocity and gait.")
+    ] = False,
+    no_recording: Annotated[bool, typer.Option("--no-recording", help="Do not write recording.html.")] = False,
+    sets: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value; may be repeated.")
+    ] = None,
+):
+    """Let a robot walk by velocity command, in simulation; it sees nothing.
+
+    Writes result.json, recording.html (opens offline in a browser), config.yaml (all values used) and log.npz into DIR.
+    """
+    options = {"robot": robot, "gait": gait, "terrain": terrain, "seed": seed, "duration": duration}
+    options["velocity"] = None if velocity is None else console.numbers("--velocity", velocity, "VX,VY,WZ")
+    options["start"] = None if start is None else console.numbers("--start", start, "X,Y,YAW")
+    options["pushes"] = [_push(text) for text in push] if push else None
+    from quadpips_drake.benchmark.walk_trial import WalkTrialConfig, run_walk
+
+    config = resolve_config(WalkTrialConfig, scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
+    out = out or Path("out") / f"{config.robot}-{Path(config.terrain).stem}-{config.gait}-{config.seed}"
+    status = run_and_report(
+        run_walk, config, console.writable_directory(out), recording=not no_recording, meshcat=meshcat, panel=meshcat
+    )
+    raise typer.Exit(status)
+
+
+def _push(text: str) -> dict:
+    """One ``--push`` as the keys of a Push."""
+    *force, time, duration = console.numbers("--push", text, "N,E,W,T0,DT")
+    return {"force": force, "time": time, "duration": duration}

@@ -1,0 +1,71 @@
+"""Pushes: forces on the base at set times."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce
+from pydrake.systems.framework import LeafSystem
+
+from quadpips_drake.errors import UserInputError
+
+
+@dataclass
+class Push:
+    """A constant force on the base for a while."""
+
+    force: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """In W [N]."""
+    time: float = 0.0
+    """When it begins [s]."""
+    duration: float = 0.1
+    """[s]"""
+
+
+def check_pushes(pushes: list[Push]) -> None:
+    """Refuses pushes that are no pushes (UserInputError)."""
+    for push in pushes:
+        if len(push.force) != 3 or not np.isfinite([*push.force, push.time, push.duration]).all():
+            raise UserInputError(f"a push needs three force components [N], a time and a duration [s], not {push}")
+        if push.time < 0.0 or push.duration <= 0.0:
+            raise UserInputError(f"a push needs a time >= 0 and a duration > 0, not {push.time:g} and {push.duration:g} s")
+
+
+def force_at(pushes: list[Push], time: float) -> np.ndarray:
+    """Sum of the forces that act at ``time`` [s], in W [N], (3,)."""
+    acting = [push.force for push in pushes if push.time - 1e-9 <= time < push.time + push.duration - 1e-9]
+    return np.sum(acting, axis=0) if acting else np.zeros(3)
+
+
+class PushSource(LeafSystem):
+    """Applies pushes at the base's centre of mass.
+
+    .. pydrake_system::
+
+        name: PushSource
+        output_ports:
+        - applied_spatial_force
+
+    - applied_spatial_force: list of pydrake ExternallyAppliedSpatialForce, frame W; empty while nobody pushes.
+    """
+
+    def __init__(self, pushes: list[Push], body, p_BoBq_B=(0.0, 0.0, 0.0)):
+        """Args: pushes; the plant's RigidBody that is pushed; where, in its frame [m], (3,)."""
+        super().__init__()
+        self.set_name("pushes")
+        check_pushes(pushes)
+        self._pushes, self._body, self._point = list(pushes), body, np.array(p_BoBq_B, dtype=float)
+        example = AbstractValue.Make([ExternallyAppliedSpatialForce()])
+        self.DeclareAbstractOutputPort("applied_spatial_force", lambda: example.Clone(), self._calc, {self.time_ticket()})
+
+    def _calc(self, context, output):
+        force = force_at(self._pushes, context.get_time())
+        applied = []
+        if force.any():
+            push = ExternallyAppliedSpatialForce()
+            push.body_index = self._body.index()
+            push.p_BoBq_B = self._point
+            push.F_Bq_W = SpatialForce(np.zeros(3), force)
+            applied.append(push)
+        output.set_value(applied)
