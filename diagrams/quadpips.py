@@ -18,6 +18,8 @@ from quadpips_drake.perception.oracle_regions_system import OracleRegions
 from quadpips_drake.perception.regions import RegionSet
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.robots.robot_state import RobotState
+from quadpips_drake.sensing.pose_drift import PoseDriftConfig
+from quadpips_drake.sensing.pose_drift_system import DriftingStateEstimator
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trajectory.reference import WholeBodyReference
@@ -34,6 +36,8 @@ class QuadpipsConfig:
     """All stages, in the order in which data flows."""
 
     station: StationConfig = field(default_factory=StationConfig)
+    drift: PoseDriftConfig = field(default_factory=PoseDriftConfig)
+    """How the state estimate that all stages work with drifts away from the truth."""
     region_source: str = "camera"
     """Where planar regions come from: camera, or oracle (exact ones from the terrain, for finding faults)."""
     perception: PerceptionConfig = field(default_factory=PerceptionConfig)
@@ -96,11 +100,11 @@ class QuadpipsDiagram(Diagram):
         builder = DiagramBuilder()
         self.station = builder.AddSystem(SimulationStation(robot, terrain, self._config.station))
         self.robot = self.station.robot
-        regions = self._add_regions(builder, timings, seed)
+        robot_state = self._add_state_estimate(builder, seed)
+        regions = self._add_regions(builder, robot_state, timings, seed)
         self._regions = regions
         self.planning = builder.AddSystem(PlanningModule(self.robot, terrain.goal, self._config.planning, timings=timings))
         self.tracking = builder.AddSystem(TrackingModule(self.robot, self._config.tracking, timings))
-        robot_state = self.station.GetOutputPort("robot_state")
         builder.Connect(robot_state, self.planning.GetInputPort("robot_state"))
         builder.Connect(regions, self.planning.GetInputPort("region_set"))
         builder.Connect(robot_state, self.tracking.GetInputPort("robot_state"))
@@ -157,12 +161,21 @@ class QuadpipsDiagram(Diagram):
     def _eval(system, port: str, root_context):
         return system.GetOutputPort(port).Eval(system.GetMyContextFromRoot(root_context))
 
-    def _add_regions(self, builder: DiagramBuilder, timings: StageTimings | None, seed: int):
+    def _add_state_estimate(self, builder: DiagramBuilder, seed: int):
+        """Returns the port of the robot state that all stages work with; adds a drift where one is wanted."""
+        truth = self.station.GetOutputPort("robot_state")
+        if not self._config.drift.enabled:
+            return truth
+        drift = builder.AddNamedSystem("drifting_state_estimator", DriftingStateEstimator(self._config.drift, seed=seed))
+        builder.Connect(truth, drift.GetInputPort("robot_state"))
+        return drift.GetOutputPort("robot_state")
+
+    def _add_regions(self, builder: DiagramBuilder, robot_state, timings: StageTimings | None, seed: int):
         """Adds the source of regions and returns its port."""
         if self._config.region_source == "oracle":
             oracle = OracleRegions(self._terrain, self.robot.foot_radius, self._config.oracle_regions, timings=timings)
             builder.AddNamedSystem("oracle_regions", oracle)
-            builder.Connect(self.station.GetOutputPort("robot_state"), oracle.GetInputPort("robot_state"))
+            builder.Connect(robot_state, oracle.GetInputPort("robot_state"))
             return oracle.GetOutputPort("region_set")
         perception = builder.AddSystem(
             make_perception_module(
@@ -174,8 +187,8 @@ class QuadpipsDiagram(Diagram):
                 seed=seed,
             )
         )
-        for port in ("depth_image", "robot_state"):
-            builder.Connect(self.station.GetOutputPort(port), perception.GetInputPort(port))
+        builder.Connect(self.station.GetOutputPort("depth_image"), perception.GetInputPort("depth_image"))
+        builder.Connect(robot_state, perception.GetInputPort("robot_state"))
         return perception.GetOutputPort("region_set")
 
     def _add_visualizers(self, builder: DiagramBuilder, regions) -> None:

@@ -8,6 +8,8 @@ from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsi
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
 from quadpips_drake.sensing.depth_noise_system import DepthNoise
 from quadpips_drake.sensing.imu_system import Imu, ImuConfig
+from quadpips_drake.sensing.pose_drift import PoseDriftConfig
+from quadpips_drake.sensing.pose_drift_system import DriftingStateEstimator
 from quadpips_drake.sensing.self_filter import SelfFilterConfig
 from quadpips_drake.sensing.self_filter_system import SelfFilter
 
@@ -20,6 +22,7 @@ def make_systems() -> list[LeafSystem]:
     intrinsics = make_intrinsics(DepthCameraConfig(width=64, height=48))
     return [
         DepthNoise(DepthNoiseConfig(), intrinsics=intrinsics),
+        DriftingStateEstimator(PoseDriftConfig()),
         Imu(robot, plant, ImuConfig()),
         SelfFilter(robot, SelfFilterConfig(), intrinsics=intrinsics),
     ]

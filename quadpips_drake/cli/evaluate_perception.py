@@ -1,0 +1,143 @@
+"""``quadpips evaluate perception``: how true and how complete the regions are, against the exact terrain."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from quadpips_drake.cli import console
+from quadpips_drake.errors import UserInputError
+
+EPILOG = """
+Examples:
+
+  quadpips evaluate perception --terrain stairs --noise
+
+  quadpips evaluate perception --terrain sparse_stones --scripted     no physics: faster, and it always arrives
+
+  quadpips evaluate perception --drift 0.003,0.001,0.002
+
+What each figure means is said in docs/perception.md.
+
+Exit status: 0 scored (even if the robot fell on the way), 2 bad input.
+"""
+
+LINE_PERIOD = 5.0
+"""Simulated time between two lines of progress [s]."""
+
+D435_NOISE = {"sigma": 0.001, "sigma_growth": 0.004, "dropout": 0.02}
+"""What --noise means: standard deviation 1 mm + 4 mm/m^2 z^2 in depth z, and every fiftieth pixel lost."""
+
+TARGETS = (
+    ("false-safe area [%]", "false_safe_share", 100.0, "<=", 0.5, 1.5),
+    ("  of it over a void [%]", ("false_safe_causes", "void"), 100.0, "", None, None),
+    ("  of it off the surface [%]", ("false_safe_causes", "off_surface"), 100.0, "", None, None),
+    ("  of it tilted [%]", ("false_safe_causes", "off_normal"), 100.0, "", None, None),
+    ("coverage [%]", "coverage", 100.0, ">=", 85.0, 75.0),
+    ("foot coverage [%]", "foot_coverage", 100.0, "", None, None),
+    ("floor height, RMS [mm]", "height_rms_m", 1000.0, "<=", 8.0, 15.0),
+    ("floor normal, median [deg]", "normal_median_deg", 1.0, "<=", 2.0, 5.0),
+    ("region plane, median [mm]", "plane_error_median_m", 1000.0, "", None, None),
+    ("region plane, 95 % [mm]", "plane_error_p95_m", 1000.0, "", None, None),
+    ("floor where there is none [%]", "ghost_share", 100.0, "", None, None),
+    ("IoU with the sample before [%]", "frame_iou", 100.0, "", None, None),
+    ("regions", "regions", 1.0, "", None, None),
+)
+"""Rows of the table: title, key of the summary, scale, relation, target without and with noise or drift."""
+
+
+def perception(
+    terrain: Annotated[str, typer.Option(metavar="NAME|FILE", help="Where to walk.")] = "stepping_stones",
+    robot: Annotated[str, typer.Option(metavar="NAME", help="anymal_c or go2.")] = "anymal_c",
+    seed: Annotated[int, typer.Option(metavar="N", help="Of all random numbers.")] = 0,
+    noise: Annotated[bool, typer.Option("--noise", help="Depth noise and lost pixels like a D435's.")] = False,
+    drift: Annotated[
+        str | None,
+        typer.Option(metavar="H,V,YAW", help="Drift of the pose estimate: horizontal, vertical [m/s], yaw [rad/s]."),
+    ] = None,
+    scripted: Annotated[bool, typer.Option("--scripted", help="Lead the camera along the way, without physics.")] = False,
+    duration: Annotated[float, typer.Option(metavar="S", help="Longest simulated time, s.")] = 60.0,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="For scores.json, scores.png, config.yaml.")] = None,
+    sets: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value; may be repeated.")
+    ] = None,
+):
+    """Score what perception says while the robot walks against the exact terrain.
+
+    Prints a table and writes scores.json and scores.png into DIR.
+    """
+    from quadpips_drake.config import save_config
+
+    options = {"terrain": terrain, "robot": robot, "seed": seed, "duration": duration}
+    config = resolve_evaluation_config(options, noise, drift, sets or [])
+    name = f"perception-{robot}-{Path(terrain).stem}-{seed}{'-noise' if noise else ''}{'-drift' if drift else ''}"
+    out = console.writable_directory(out or Path("out") / name)
+    save_config(config, out / "config.yaml")
+    scorer, ended = _score(config, scripted)
+    if not scorer.rows:
+        raise UserInputError(f"nothing could be scored: {ended['reason']} {ended['detail']}")
+    summary = scorer.summary()
+    spoiled = config.stages.perception.depth_noise.enabled or config.stages.drift.enabled
+    print_table(summary, spoiled)
+    typer.echo(f"{ended['reason']} after {ended['sim_time']:.1f} s; {ended['detail']}")
+    document = {"robot": robot, "terrain": terrain, "seed": seed, "scripted": scripted} | ended
+    document |= {"noise": vars(config.stages.perception.depth_noise), "drift": vars(config.stages.drift)}
+    document |= {"summary": summary, "samples": scorer.rows}
+    (out / "scores.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    _save_picture(out / "scores.png", scorer, name)
+    typer.echo(f"scores:  {out / 'scores.json'}")
+    typer.echo(f"picture: {out / 'scores.png'}")
+
+
+def resolve_evaluation_config(options: dict, noise: bool, drift: str | None, sets: list[str]):
+    """Returns the TrialConfig for the options of the command.
+
+    Raises:
+        UserInputError: something in them is unknown or of the wrong type.
+    """
+    from quadpips_drake.cli.run import resolve_trial_config
+
+    texts = [f"stages.perception.depth_noise.{key}={value}" for key, value in D435_NOISE.items()] if noise else []
+    if drift is not None:
+        rates = console.numbers("--drift", drift, "H,V,YAW")
+        names = ("horizontal_rate", "vertical_rate", "yaw_rate")
+        texts += [f"stages.drift.{name}={rate}" for name, rate in zip(names, rates, strict=True)]
+    return resolve_trial_config(None, options, texts + sets)
+
+
+def print_table(summary: dict, spoiled: bool) -> None:
+    """Prints the ``summary`` of a PerceptionScorer beside the targets (those with noise or drift when ``spoiled``)."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table("", "measured", "target", title=f"{summary['samples']} samples")
+    for title, key, scale, relation, clean, noisy in TARGETS:
+        value = summary[key] if isinstance(key, str) else summary[key[0]][key[1]]
+        goal = noisy if spoiled else clean
+        shown = "-" if value is None else f"{value * scale:.2f}"
+        if relation and value is not None:
+            met = value * scale <= goal if relation == "<=" else value * scale >= goal
+            shown += "  ok" if met else "  MISSED"
+        table.add_row(escape(title), shown, f"{relation} {goal:g}" if relation else "")
+    Console().print(table)
+
+
+def _score(config, scripted: bool):
+    from quadpips_drake.benchmark.perception_scores_runs import score_camera_path, score_walk
+
+    shown = [0.0]
+
+    def progress(time: float):
+        if time >= shown[0]:
+            console.messages.print(f"{time:5.1f} s simulated")
+            shown[0] = time + LINE_PERIOD
+
+    return (score_camera_path if scripted else score_walk)(config, progress=progress)
+
+
+def _save_picture(path: Path, scorer, title: str) -> None:
+    from quadpips_drake.benchmark.perception_scores_picture import save_scores_picture
+
+    save_scores_picture(path, scorer, title, scorer.moments)
