@@ -1,9 +1,8 @@
 """The robot's state, exactly as simulated."""
 
 import numpy as np
-from pydrake.common.eigen_geometry import Quaternion
+from numba import njit
 from pydrake.common.value import AbstractValue
-from pydrake.math import RollPitchYaw
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import LeafSystem
 
@@ -60,19 +59,36 @@ class OracleStateEstimator(LeafSystem):
     def _calc_state(self, context, output):
         forces = foot_contact_forces(self._contacts.Eval(context), self._geometries)
         state = self._state.Eval(context)
-        rotation = RollPitchYaw(Quaternion(state[:4] / np.linalg.norm(state[:4])))
+        rpy, rotation = _attitude(state[:4])
         output.set_value(
             RobotState(
                 stamp=context.get_time(),
                 p_WB=state[4:7].copy(),
-                rpy_WB=rotation.vector(),
-                R_WB=rotation.ToRotationMatrix().matrix(),
+                rpy_WB=rpy,
+                R_WB=rotation,
                 v_WB=state[22:25].copy(),
                 w_WB=state[19:22].copy(),
                 joint_positions=state[7:19].copy(),
                 joint_velocities=state[25:37].copy(),
                 joint_torques=self._torques.Eval(context).copy(),
                 contact_forces=forces,
-                contacts=np.linalg.norm(forces, axis=1) > self._threshold,
+                contacts=(forces * forces).sum(axis=1) > self._threshold**2,
             )
         )
+
+
+@njit(cache=True)
+def _attitude(quaternion):
+    """Roll, pitch, yaw (3,) and the rotation matrix (3, 3) of a quaternion w x y z of any length."""
+    w, x, y, z = quaternion / np.sqrt((quaternion * quaternion).sum())
+    rotation = np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+    roll, yaw = np.arctan2(rotation[2, 1], rotation[2, 2]), np.arctan2(rotation[1, 0], rotation[0, 0])
+    # The length of the lower row's other two entries keeps precision where asin loses it.
+    pitch = np.arctan2(-rotation[2, 0], np.sqrt(rotation[2, 1] ** 2 + rotation[2, 2] ** 2))
+    return np.array([roll, pitch, yaw]), rotation
