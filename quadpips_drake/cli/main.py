@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from quadpips_drake import __version__
-from quadpips_drake.cli import diagram, doctor, evaluate, run, terrain, walk
+from quadpips_drake.cli import dataset, diagram, doctor, evaluate, run, terrain, train, walk
 from quadpips_drake.cli.console import OneLineErrors
 
 EPILOG = """
@@ -49,6 +49,8 @@ app.command(epilog=run.EPILOG)(run.run)
 app.command(epilog=walk.EPILOG)(walk.walk)
 app.add_typer(terrain.app, name="terrain")
 app.add_typer(evaluate.app, name="evaluate")
+app.command(epilog=dataset.EPILOG)(dataset.dataset)
+app.command(epilog=train.EPILOG)(train.train)
 app.command(epilog=diagram.EPILOG)(diagram.diagram)
 app.command()(doctor.doctor)
 

@@ -1,0 +1,93 @@
+"""The trained network as a function from depth to labels, and its files."""
+
+import dataclasses
+import json
+import pickle
+import zipfile
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.learning.dataset import write_json
+from quadpips_drake.learning.features import MAX_DEPTH, make_features, scaled_intrinsics
+from quadpips_drake.learning.network import NetworkConfig, SteppabilityNetwork
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.terrain.steppability import Steppability
+
+WEIGHTS, CARD = "steppability.pt", "steppability.json"
+"""Names of the two files of a model, in one directory."""
+NETWORK_WIDTH = 320
+"""Width of the images that the network was trained on [pixels]; wider ones are thinned out."""
+
+
+class SteppabilityModel:
+    """Runs the network on depth images."""
+
+    def __init__(self, network: SteppabilityNetwork, card: dict | None = None):
+        """``card``: where the weights come from, and their figures."""
+        self.network = network.eval().to(memory_format=torch.channels_last)
+        self.card = card or {}
+
+    def segment(self, depth: np.ndarray, down_C: np.ndarray, intrinsics: CameraIntrinsics) -> np.ndarray:
+        """Returns Steppability per pixel, uint8 (height, width); UNKNOWN where nothing was measured within 3 m.
+
+        Args:
+            depth: along the optical axis [m], (height, width); NaN, inf, 0 and negative values are invalid.
+            down_C: unit vector of gravity in the optical frame, (3,); the nominal one does where none is measured.
+            intrinsics: of ``depth``.
+        """
+        height, width = depth.shape
+        if height == 0 or width == 0:
+            return np.zeros(depth.shape, np.uint8)
+        step = max(round(width / NETWORK_WIDTH), 1)
+        features = make_features(depth[::step, ::step], down_C, scaled_intrinsics(intrinsics, step))
+        labels = self.classify(features[None])[0]
+        if step > 1:
+            labels = np.repeat(np.repeat(labels, step, axis=0), step, axis=1)[:height, :width]
+        with np.errstate(invalid="ignore"):
+            measured = (depth > 0) & (depth <= MAX_DEPTH)
+        return np.where(measured, labels, Steppability.UNKNOWN).astype(np.uint8)
+
+    def classify(self, features: np.ndarray) -> np.ndarray:
+        """Returns the likeliest class of every pixel as Steppability, uint8 (n, height, width)."""
+        batch = torch.from_numpy(features).to(memory_format=torch.channels_last)
+        with torch.inference_mode():
+            return self.network(batch).argmax(dim=1).to(torch.uint8).numpy() + np.uint8(1)
+
+
+def save_model(directory: Path, network: SteppabilityNetwork, card: dict) -> None:
+    """Writes weights and card into ``directory``; the configuration of the network goes into the card."""
+    state = {key: value.detach().cpu().contiguous() for key, value in network.state_dict().items()}
+    torch.save(state, Path(directory) / WEIGHTS)
+    write_json(Path(directory) / CARD, {"network": dataclasses.asdict(network.config)} | card)
+
+
+def load_model(directory: Path | None = None) -> SteppabilityModel:
+    """Reads a model from ``directory``, by default the one that comes with the package.
+
+    Raises:
+        UserInputError: files are missing or damaged.
+    """
+    if directory is None:
+        with resources.as_file(resources.files("quadpips_drake.learning") / "weights") as shipped:
+            return _read_model(Path(shipped))
+    return _read_model(Path(directory))
+
+
+def _read_model(directory: Path) -> SteppabilityModel:
+    advice = "give a directory that 'quadpips train' has written"
+    try:
+        card = json.loads((directory / CARD).read_text(encoding="utf-8"))
+        network = SteppabilityNetwork(NetworkConfig(**card["network"]))
+        network.load_state_dict(torch.load(directory / WEIGHTS, weights_only=True, map_location="cpu"))
+    except OSError as error:
+        missing = Path(error.filename or directory).name
+        raise UserInputError(f"model {directory}: cannot read {missing}; {advice}") from None
+    except UserInputError as error:
+        raise UserInputError(f"model {directory}: {error}") from None
+    except (ValueError, KeyError, TypeError, RuntimeError, EOFError, pickle.UnpicklingError, zipfile.BadZipFile):
+        raise UserInputError(f"model {directory}: {CARD} and {WEIGHTS} are damaged or do not fit; {advice}") from None
+    return SteppabilityModel(network, card)
