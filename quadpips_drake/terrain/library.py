@@ -122,9 +122,58 @@ def stairs(*, seed: int = 0, rise: float = 0.05, run: float = 0.20, steps: int =
     return Terrain("stairs", (-0.5 * run - 1.1, 0, 0), (end + 1.0, 0), 1.0, tuple(elements))
 
 
+def slope(*, seed: int = 0, angle: float = 0.2618, length: float = 3.0, width: float = 6.0) -> Terrain:
+    """A slope of 15 degrees up to a platform, and another one down behind it.
+
+    ``angle`` in rad, ``length`` of either slope and ``width`` in m. Slopes and platform join without a lip.
+    """
+    if not 0 < angle < 1.2:
+        raise UserInputError("slope: angle must be between 0 and 1.2 rad")
+    run, climb = length * math.cos(angle), length * math.sin(angle)
+    top = 2.0
+    tilted = 0.5 * PLATFORM_THICKNESS * np.array([math.sin(angle), math.cos(angle)])  # from mid-plane to top
+    up = (0.5 * run + tilted[0], 0, 0.5 * climb - tilted[1])
+    down = (1.5 * run + top - tilted[0], 0, up[2])
+    elements = (
+        _ground(20.0),
+        Box(name="up", size=(length, width, PLATFORM_THICKNESS), X_WE=pose(up, (0, -angle, 0))),
+        Box(
+            name="platform",
+            size=(top, width, PLATFORM_THICKNESS),
+            X_WE=pose((run + 0.5 * top, 0, climb - 0.5 * PLATFORM_THICKNESS)),
+        ),
+        Box(name="down", size=(length, width, PLATFORM_THICKNESS), X_WE=pose(down, (0, angle, 0))),
+    )
+    return Terrain("slope", (-0.7, 0, 0), (round(run + 0.5 * top, 2), 0), 1.0, elements)
+
+
+def bumps(*, seed: int = 0, height: float = 0.03, size: float = 0.25, length: float = 3.5, width: float = 3.0) -> Terrain:
+    """Square columns whose tops differ by up to 3 cm up or down, between two platforms.
+
+    Each column is ``size`` wide and ends anywhere within ``height`` of z = 0, drawn by ``seed``; the field is ``length`` by
+    ``width``. Lengths in m.
+    """
+    if height < 0 or size <= 0 or min(length, width) < size:
+        raise UserInputError("bumps: height >= 0, size > 0, and length and width of at least one column are needed")
+    rng = np.random.default_rng(seed)
+    rows, columns, depth = int(length / size), int(width / size), height + PLATFORM_THICKNESS
+    elements = [
+        _platform("start_platform", -3.0, 0.0, width + 1.0),
+        _platform("goal_platform", rows * size, rows * size + 3.0, width + 1.0),
+    ]
+    for row in range(rows):
+        for column in range(columns):
+            top = rng.uniform(-height, height)
+            center = (size * (row + 0.5), size * (column + 0.5 - 0.5 * columns), 0.5 * (top - depth))
+            elements.append(Box(name=f"column_{row}_{column}", size=(size, size, depth + top), X_WE=pose(center)))
+    return Terrain("bumps", (-0.6, 0, 0), (round(rows * size + 0.7, 2), 0), 1.0, tuple(elements))
+
+
 GENERATORS = {
+    "bumps": bumps,
     "flat": flat,
     "ramp_10": ramp_10,
+    "slope": slope,
     "sparse_stones": sparse_stones,
     "stairs": stairs,
     "stepping_stones": stepping_stones,

@@ -46,6 +46,24 @@ def test_published_numbers_of_ramp_and_stairs():
     assert stairs.height(1.95, 0.0) == pytest.approx(0.525)
 
 
+def test_slope_and_bumps():
+    slope = GroundTruth(load_terrain("slope"))
+    run = 3.0 * np.cos(0.2618)
+    assert slope.height(1.0, 0.0) == pytest.approx(np.tan(0.2618), abs=1e-6)
+    assert slope.height(run + 0.7, 0.0) == pytest.approx(3.0 * np.sin(0.2618), abs=1e-6)
+    assert slope.height(2 * run + 2.0 - 1.0, 0.0) == pytest.approx(np.tan(0.2618), abs=1e-6)
+    assert np.arccos(slope.normal(1.0, 0.5)[2]) == pytest.approx(0.2618)
+    bumps = GroundTruth(load_terrain("bumps", seed=2))
+    x, y = np.meshgrid(np.arange(0.125, 3.5, 0.25), np.arange(-1.375, 1.5, 0.25))
+    tops = bumps.height(x.ravel(), y.ravel())
+    assert np.abs(tops).max() <= 0.03
+    assert np.ptp(tops) > 0.05
+    with pytest.raises(UserInputError):
+        library.bumps(height=-0.1)
+    with pytest.raises(UserInputError):
+        library.slope(angle=0.0)
+
+
 def test_sparse_stones_follow_the_seed():
     def places(seed):
         return {tuple(element.X_WE[:2, 3].round(6)) for element in load_terrain("sparse_stones", seed=seed).elements}
@@ -72,7 +90,7 @@ def test_start_over_the_pit_and_goal_off_the_terrain_are_refused():
 
 
 def test_unknown_names_list_the_known_ones():
-    with pytest.raises(UserInputError, match="known: flat, ramp_10, sparse_stones, stairs, stepping_stones"):
+    with pytest.raises(UserInputError, match="known: bumps, flat, ramp_10, slope, sparse_stones, stairs, stepping_stones"):
         load_terrain("moon")
     with pytest.raises(UserInputError, match=r"must end in \.yaml"):
         load_terrain("moon.txt")
