@@ -2,7 +2,8 @@
 
 import typer
 
-from quadpips_drake.cli import evaluate_perception
+from quadpips_drake.cli import evaluate_network, evaluate_perception
 
-app = typer.Typer(no_args_is_help=True, help="Score perception against the truth.")
+app = typer.Typer(no_args_is_help=True, help="Score perception and the steppability network against the truth.")
 app.command("perception", epilog=evaluate_perception.EPILOG)(evaluate_perception.perception)
+app.command("network", epilog=evaluate_network.EPILOG)(evaluate_network.network)

@@ -14,8 +14,9 @@ from torch.optim.swa_utils import AveragedModel
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.learning.dataset import Frames, decode_depth, write_json
+from quadpips_drake.learning.evaluation import evaluate_frames
 from quadpips_drake.learning.features import make_features
-from quadpips_drake.learning.metrics import confusion_matrix, summary
+from quadpips_drake.learning.metrics import summary
 from quadpips_drake.learning.model import SteppabilityModel, save_model
 from quadpips_drake.learning.network import CLASSES, NetworkConfig, SteppabilityNetwork
 
@@ -115,7 +116,8 @@ class Trainer:
         """
         for epoch in range(len(self.history), self._config.epochs):
             loss = self._run_epoch(epoch, on_step)
-            scores = summary(evaluate(SteppabilityModel(self.average.module), self._val)[0])
+            confusions = evaluate_frames(SteppabilityModel(self.average.module), self._val)
+            scores = summary(confusions.sum(axis=0))
             self.history.append({"epoch": epoch + 1, "loss": round(loss, 5), "val": scores})
             if scores["mean_iou"] >= max(entry["val"]["mean_iou"] for entry in self.history):
                 save_model(self._out, self.average.module, self._card(scores))
@@ -219,19 +221,6 @@ def segmentation_loss(logits: torch.Tensor, classes: torch.Tensor, weights: list
     overlap = (probability * truth).sum((0, 2, 3))
     total = probability.sum((0, 2, 3)) + truth.sum((0, 2, 3))
     return entropy + dice_weight * (1 - (2 * overlap + 1.0) / (total + 1.0)).mean()
-
-
-def evaluate(model: SteppabilityModel, frames: Frames, clean: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the confusion matrix (3, 3) over all ``frames``, and one per frame (n, 3, 3).
-
-    Counted are the pixels with a measurement and a truth. ``clean``: on the images before corruption.
-    """
-    per_frame = np.zeros((len(frames), len(CLASSES), len(CLASSES)), np.int64)
-    for i in range(len(frames)):
-        depth = decode_depth((frames.clean_depth if clean else frames.depth)[i])
-        predicted = model.segment(depth, frames.down_C[i], frames.intrinsics)
-        per_frame[i] = confusion_matrix(frames.labels[i], predicted, np.isfinite(depth))
-    return per_frame.sum(axis=0), per_frame
 
 
 def _plain(value):

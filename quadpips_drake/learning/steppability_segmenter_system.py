@@ -1,0 +1,69 @@
+"""The system that labels depth images with the steppability network."""
+
+from pathlib import Path
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import LeafSystem
+from pydrake.systems.sensors import ImageDepth32F
+
+from quadpips_drake.learning.model import SteppabilityModel, load_model
+from quadpips_drake.perception.images import LabelImage
+from quadpips_drake.perception.periodic_stage import declare_periodic_output
+from quadpips_drake.perception.steppability_config import SteppabilityConfig
+from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.timing import StageTimings
+
+
+class SteppabilitySegmenter(LeafSystem):
+    """Labels every pixel of a depth image as steppable, passable or non-passable.
+
+    DeepLabV3+ on depth, QuadPiPS section V-B; see learning.network. The image is sampled with ``config.period``; in between
+    the last labels, with the time of the image they belong to, stay on the output, so that nobody waits for the network.
+
+    .. pydrake_system::
+
+        name: SteppabilitySegmenter
+        input_ports:
+        - depth_image
+        - robot_state
+        output_ports:
+        - labels
+
+    - depth_image: ImageDepth32F (height, width) [m] in the optical frame C; 0, NaN and inf are invalid.
+    - robot_state: abstract RobotState, frame W, at the time of exposure; its roll and pitch give the direction of gravity.
+    - labels: abstract LabelImage of the same size, 5 Hz; UNKNOWN where nothing was measured within 3 m; without a pixel
+      while the image has not the expected size or the attitude is not finite.
+    """
+
+    def __init__(
+        self,
+        X_BC: np.ndarray,
+        intrinsics: CameraIntrinsics,
+        config: SteppabilityConfig | None = None,
+        *,
+        model: SteppabilityModel | None = None,
+        timings: StageTimings | None = None,
+    ):
+        """``X_BC``: pose of the optical frame in the base frame, (4, 4). ``model``: by default what ``config`` names."""
+        super().__init__()
+        config = config or SteppabilityConfig()
+        self._R_BC = np.array(X_BC, float)[:3, :3]
+        self._intrinsics = intrinsics
+        self._model = model or load_model(Path(config.model) if config.model else None)
+        self._timings = timings or StageTimings()
+        depth = AbstractValue.Make(ImageDepth32F(intrinsics.width, intrinsics.height))
+        self._depth_port = self.DeclareAbstractInputPort("depth_image", depth)
+        self._state_port = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(empty_robot_state()))
+        inputs = [self._depth_port, self._state_port]
+        declare_periodic_output(self, "labels", LabelImage.empty(), self._segment, inputs, config.period)
+
+    def _segment(self, context) -> LabelImage:
+        depth = np.squeeze(self._depth_port.Eval(context).data, axis=2)
+        state = self._state_port.Eval(context)
+        with self._timings.measure("steppability"):
+            down_C = self._R_BC.T @ np.asarray(state.R_WB).T @ np.array([0.0, 0.0, -1.0])
+            if depth.shape != (self._intrinsics.height, self._intrinsics.width) or not np.isfinite(down_C).all():
+                return LabelImage.empty()
+            return LabelImage(state.stamp, self._model.segment(depth, down_C, self._intrinsics))
