@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from quadpips_drake.cli import console
-from quadpips_drake.cli.trials import resolve_config, run_and_report
+from quadpips_drake.cli.trials import run_and_report
 
 EPILOG = """
 Examples:
@@ -67,8 +67,9 @@ def run(
 
 
 def resolve_trial_config(scenario: Path | None, options: dict, sets: list[str]):
-    """Returns the TrialConfig that scenario file, options and overrides make together; see ``trials.resolve_config``."""
+    """Returns the TrialConfig that scenario file, options and overrides make together; see ``resolve_config``."""
     from quadpips_drake.benchmark.trial import TrialConfig
+    from quadpips_drake.benchmark.trial_options import resolve_config
 
     return resolve_config(TrialConfig, scenario, options, sets)
 

@@ -2,46 +2,15 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 
 import typer
 from rich.progress import BarColumn, Progress, TextColumn
 
 from quadpips_drake.cli import console
-from quadpips_drake.errors import unknown_name
 
 LINE_PERIOD = 5.0
 """Simulated time between two lines of progress where no bar can be drawn [s]."""
-
-
-def resolve_config(schema: type, scenario: Path | None, options: dict, sets: list[str]):
-    """Lays the robot's defaults, the scenario file, the options and the ``--set`` overrides over the defaults in code.
-
-    Args:
-        schema: TrialConfig or WalkTrialConfig.
-        scenario: YAML file, or None.
-        options: top-level keys of the schema.
-        sets: texts of the form key=value.
-
-    Returns: the configuration.
-
-    Raises:
-        UserInputError: something in them is unknown or of the wrong type.
-    """
-    from quadpips_drake.config import ConfigLayer, load_config, override_layer, read_layer, robot_defaults_layer
-    from quadpips_drake.robots.robot_model import robot_names
-
-    layers = [read_layer(scenario)] if scenario else []
-    layers += [ConfigLayer("--" + key, {key: value}) for key, value in options.items()]
-    layers += [override_layer(text) for text in sets]
-    config = load_config(schema, layers)
-    if config.robot not in robot_names():
-        raise unknown_name("robot", config.robot, robot_names())
-    defaults = robot_defaults_layer(config.robot)
-    stages = {field.name for field in fields(config.stages)}  # a walk has fewer than a run
-    own = ConfigLayer(defaults.source, {key: value for key, value in defaults.data.items() if key in stages})
-    return load_config(schema, [own.under("stages"), *layers])
 
 
 class RunProgress:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from quadpips_drake.cli import console
-from quadpips_drake.cli.trials import resolve_config, run_and_report
+from quadpips_drake.cli.trials import run_and_report
 
 EPILOG = """
 Examples:
@@ -71,6 +71,7 @@ def walk(
     options["velocity"] = None if velocity is None else console.numbers("--velocity", velocity, "VX,VY,WZ")
     options["start"] = None if start is None else console.numbers("--start", start, "X,Y,YAW")
     options["pushes"] = [_push(text) for text in push] if push else None
+    from quadpips_drake.benchmark.trial_options import resolve_config
     from quadpips_drake.benchmark.walk_trial import WalkTrialConfig, run_walk
 
     config = resolve_config(WalkTrialConfig, scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
