@@ -55,6 +55,7 @@ class PlanningModule(Diagram):
         input_ports:
         - robot_state
         - region_set
+        - safety_status (optional)
         output_ports:
         - reference
         - foothold_plan
@@ -64,6 +65,7 @@ class PlanningModule(Diagram):
 
     - robot_state: RobotState, frame W.
     - region_set: RegionSet, frame W.
+    - safety_status (optional): SafetyStatus; while it is unstable the reference is dropped.
     - reference: WholeBodyReference to follow, frame W, absolute times; without samples while there is nothing to follow.
     - foothold_plan, torso_path, swing_plan: what the stages made of the last request.
     - monitor_status: MonitorStatus, what is going on.
@@ -84,7 +86,7 @@ class PlanningModule(Diagram):
             SwingTrajectoryOptimizer(robot, config.swings, period=1 / config.swing_rate, timings=timings)
         )
         publisher = builder.AddSystem(ReferencePublisher(config.publisher))
-        monitor = builder.AddSystem(ReplanMonitor(robot, goal, config.monitor, period=1 / config.monitor_rate))
+        monitor = builder.AddSystem(ReplanMonitor(goal, config.monitor, period=1 / config.monitor_rate))
 
         builder.Connect(torso.GetOutputPort("torso_path"), footholds.GetInputPort("torso_path"))
         builder.Connect(footholds.GetOutputPort("foothold_plan"), swings.GetInputPort("foothold_plan"))
@@ -99,6 +101,7 @@ class PlanningModule(Diagram):
         for system in (footholds, swings, monitor):
             builder.ConnectInput("robot_state", system.GetInputPort("robot_state"))
         builder.ExportInput(torso.GetInputPort("region_set"), "region_set")
+        builder.ExportInput(monitor.GetInputPort("safety_status"), "safety_status")
         builder.ExportOutput(publisher.GetOutputPort("reference"), "reference")
         builder.ExportOutput(footholds.GetOutputPort("foothold_plan"), "foothold_plan")
         builder.ExportOutput(torso.GetOutputPort("torso_path"), "torso_path")

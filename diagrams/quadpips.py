@@ -109,6 +109,7 @@ class QuadpipsDiagram(Diagram):
         builder.Connect(regions, self.planning.GetInputPort("region_set"))
         builder.Connect(robot_state, self.tracking.GetInputPort("robot_state"))
         builder.Connect(self.planning.GetOutputPort("reference"), self.tracking.GetInputPort("reference"))
+        builder.Connect(self.tracking.GetOutputPort("safety_status"), self.planning.GetInputPort("safety_status"))
         for port in ("feedforward_torque", "desired_joint_state"):
             builder.Connect(self.tracking.GetOutputPort(port), self.station.GetInputPort(port))
         if meshcat is not None:
@@ -126,6 +127,7 @@ class QuadpipsDiagram(Diagram):
         status = self._eval(self.planning, "monitor_status", root_context)
         policy = self._eval(self.tracking, "mpc_policy", root_context)
         wbc = self._eval(self.tracking, "wbc_status", root_context)
+        safety = self._eval(self.tracking, "safety_status", root_context)
         feet = state.p_WB + self.robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
         return Observation(
             robot_state=state,
@@ -141,6 +143,7 @@ class QuadpipsDiagram(Diagram):
                 "aborted_references": status.aborts,
                 "mpc": policy.fallbacks,
                 "wbc": wbc.fallbacks,
+                **{f"unstable_{event}": count for event, count in safety.counts_by_event().items()},
             },
         )
 

@@ -52,14 +52,14 @@ def foot_mode(planned_down: bool, sensed: bool, last: int, spline, time: float, 
         planned_down: the schedule wants it on the ground.
         sensed: it touches the ground.
         last: its FootMode so far.
-        spline: its SwingSpline in progress, else its last one, else None.
+        spline: its SwingSpline in progress, else its last one, else None (a swing may have been dropped on its way).
         time: now [s].
         early_phase: part of a swing after which a touch counts as touch-down [1].
     """
     if planned_down:
         # Once down, a foot stays in stance until its next swing: a touch-down bounces, and a foot unloaded for a while
         # has to be loaded again, not taken out of the plan.
-        return FootMode.STANCE if sensed or spline is None or last == _STANCE else FootMode.SEARCH
+        return FootMode.STANCE if sensed or last == _STANCE else FootMode.SEARCH
     if sensed and spline is not None and time > spline.start_time + early_phase * (spline.end_time - spline.start_time):
         return FootMode.EARLY
     return FootMode.SWING
@@ -71,7 +71,8 @@ def foot_targets(
     """Modes and wanted accelerations of all feet.
 
     A stance foot is decelerated, a swing foot follows its spline: a = a_d + Kp (p_d - p) + Kd (v_d - v), a searching foot
-    holds its place sideways and goes down at constant speed.
+    goes down along the normal at constant speed: below the end of its swing, or, when that has been dropped on its way, from
+    where it is.
 
     Args:
         state: measured state.
@@ -88,19 +89,27 @@ def foot_targets(
     for leg in range(NUM_LEGS):
         spline = policy.swing(leg, time)
         modes[leg] = foot_mode(planned[leg], state.contacts[leg], last[leg], spline, time, config.early_contact_phase)
-        if modes[leg] in (_SWING, _SEARCH) and spline is not None:
+        if modes[leg] == _SWING and spline is not None:
             gain[leg] = config.swing_kd
-            if modes[leg] == _SWING:
-                p_d[leg], v_d[leg], a_d[leg] = spline.evaluate(time)
-            else:
-                p_d[leg], v_d[leg] = _search(spline, policy.normals[leg], p_WF[leg], config)
+            p_d[leg], v_d[leg], a_d[leg] = spline.evaluate(time)
+        elif modes[leg] == _SEARCH:
+            gain[leg] = config.swing_kd
+            end = _ground_below(p_WF, state.contacts, leg) if spline is None else spline.evaluate(spline.end_time)[0]
+            p_d[leg], v_d[leg] = _search(end, policy.normals[leg], p_WF[leg], config)
     accelerations = a_d + config.swing_kp * (p_d - p_WF) + gain * (v_d - v_WF)
     return FootTargets(modes, p_d, v_d, accelerations)
 
 
-def _search(spline, normal, p, config) -> tuple[np.ndarray, np.ndarray]:
-    """Wanted position and velocity of a foot that is lowered along ``normal`` below the end of its ``spline``."""
-    end = spline.evaluate(spline.end_time)[0]
+def _search(end, normal, p, config) -> tuple[np.ndarray, np.ndarray]:
+    """Wanted position and velocity of a foot that is lowered along ``normal`` past the point ``end``."""
     depth = normal @ (end - p)
     speed = config.search_speed if depth < config.search_depth else 0.0
     return end - depth * normal, -speed * normal
+
+
+def _ground_below(p_WF, contacts, leg: int) -> np.ndarray:
+    """Where a foot may meet the ground straight below: at the height of the feet that touch it."""
+    end = p_WF[leg].copy()
+    if contacts.any():
+        end[2] = p_WF[contacts, 2].mean()
+    return end

@@ -8,6 +8,7 @@ import numpy as np
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.planning.plans import FootholdPlan, PlanRequest, StageStatus
 from quadpips_drake.robots.robot_state import RobotState
+from quadpips_drake.robots.safety_status import STABLE, SafetyStatus
 from quadpips_drake.values import ImmutableValue
 
 _PUBLICATION_TIME = 0.05
@@ -17,7 +18,7 @@ PHASES = ("standing_up", "pausing", "planning", "walking", "recovering", "goal_r
 
 @dataclass
 class MonitorConfig:
-    """When the monitor reacts; the paper names the events but gives no numbers for instability."""
+    """When the monitor reacts. What counts as unstable is decided by the safety monitor of the control stage."""
 
     goal_tolerance: float = 0.20
     """The goal is reached when the base is this close to it, in xy [m]."""
@@ -39,18 +40,6 @@ class MonitorConfig:
     """A reference is completed when the base is this close to its last position [m] and its time is over."""
     completion_timeout: float = 1.0
     """... or this long after its time is over [s], wherever the base is."""
-    max_tilt: float = 0.40
-    """|roll| or |pitch| above which the reference is aborted [rad]."""
-    joint_speed_ratio: float = 1.2
-    """Joint speed, as part of its limit, above which it is aborted if sustained [-]."""
-    torque_ratio: float = 0.98
-    """Torque, as part of its limit, that counts as saturated [-]."""
-    max_saturated_joints: int = 3
-    """More saturated joints than this, sustained, abort the reference."""
-    sustained: float = 0.2
-    """How long too fast joints or saturated torques are tolerated [s]."""
-    stabilise_time: float = 0.5
-    """Time at rest before the robot plans again after an abort [s]."""
     calm_joint_speed: float = 0.5
     """A robot at rest moves no joint faster than this [rad/s]."""
     calm_base_speed: float = 0.10
@@ -61,7 +50,7 @@ class MonitorConfig:
             raise UserInputError("the monitor needs 0 < goal_tolerance <= goal_lost")
         if self.max_failed_plans < 1:
             raise UserInputError(f"max_failed_plans must be at least 1, not {self.max_failed_plans}")
-        for name in ("pause", "retry_pause", "planning_timeout", "completion_timeout", "max_tilt", "stabilise_time"):
+        for name in ("pause", "retry_pause", "planning_timeout", "completion_timeout"):
             if getattr(self, name) < 0.0:
                 raise UserInputError(f"{name} must not be negative, is {getattr(self, name)}")
 
@@ -87,6 +76,7 @@ class Situation:
     foothold_plan: FootholdPlan
     trajectory_status: StageStatus
     goal: np.ndarray
+    safety: SafetyStatus = STABLE
 
     @property
     def distance_to_goal(self) -> float:
@@ -105,8 +95,6 @@ class Monitor(ImmutableValue):
     """When the phase began [s]."""
     wait: float = 0.0
     """How long a pause lasts [s]."""
-    strained_since: float = np.inf
-    """Since when joints have been too fast or torques saturated [s]; inf while they are not."""
     failing_since: float = np.inf
     """Since when the trajectory stage has reported a failure of this request [s]; inf while it has not."""
     calm_since: float = np.inf
@@ -117,47 +105,22 @@ class Monitor(ImmutableValue):
     failed_in_a_row: int = 0
 
 
-def tilt_reason(state: RobotState, config: MonitorConfig) -> str:
-    """Says how far the base tilts if that is too far, else nothing."""
-    tilt = float(np.abs(state.rpy_WB[:2]).max())
-    return f"the base tilts by {tilt:.2f} rad" if tilt > config.max_tilt else ""
-
-
-def strain_reason(state: RobotState, robot, config: MonitorConfig) -> str:
-    """Says which joints are too fast or saturated, if any; a swing may do that for a moment."""
-    speed = np.abs(state.joint_velocities) / robot.velocity_limits
-    if speed.max() > config.joint_speed_ratio:
-        return f"joint {robot.joint_names[int(speed.argmax())]} turns at {speed.max():.0%} of its speed limit"
-    saturated = np.abs(state.joint_torques) > config.torque_ratio * robot.effort_limits
-    if np.count_nonzero(saturated) > config.max_saturated_joints:
-        return f"{np.count_nonzero(saturated)} joints are at their torque limit"
-    return ""
-
-
 def is_calm(state: RobotState, config: MonitorConfig) -> bool:
-    """Whether the robot is upright and at rest."""
+    """Whether the robot is at rest."""
     slow = np.abs(state.joint_velocities).max() < config.calm_joint_speed
-    return bool(slow and np.linalg.norm(state.v_WB) < config.calm_base_speed and not tilt_reason(state, config))
+    return bool(slow and np.linalg.norm(state.v_WB) < config.calm_base_speed)
 
 
 def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **changes) -> Monitor:
     return replace(monitor, phase=phase, since=time, reason=reason, **changes)
 
 
-def advance(monitor: Monitor, now: Situation, robot, config: MonitorConfig) -> Monitor:
+def advance(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     """Returns the monitor's memory after looking at the situation ``now``."""
-    strain = strain_reason(now.state, robot, config)
-    monitor = replace(
-        monitor,
-        strained_since=min(monitor.strained_since, now.time) if strain else np.inf,
-        calm_since=min(monitor.calm_since, now.time) if is_calm(now.state, config) else np.inf,
-    )
-    if monitor.phase in ("pausing", "planning", "walking", "goal_reached"):
-        reason = tilt_reason(now.state, config)
-        if not reason and now.time - monitor.strained_since >= config.sustained:
-            reason = strain
-        if reason:
-            return _enter(monitor, "recovering", now.time, reason, aborts=monitor.aborts + 1)
+    calm_since = min(monitor.calm_since, now.time) if is_calm(now.state, config) else np.inf
+    monitor = replace(monitor, calm_since=calm_since)
+    if now.safety.unstable and monitor.phase in ("pausing", "planning", "walking", "goal_reached"):
+        return _enter(monitor, "recovering", now.time, now.safety.reason, aborts=monitor.aborts + 1)
     return _STEPS[monitor.phase](monitor, now, config)
 
 
@@ -223,9 +186,9 @@ def _walking(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor
 
 
 def _recovering(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
-    if now.time - max(monitor.calm_since, monitor.since) >= config.stabilise_time:
-        return _pause(monitor, now, 0.0, f"recovered after: {monitor.reason}", config)
-    return monitor
+    if now.safety.unstable:
+        return monitor
+    return _pause(monitor, now, 0.0, f"recovered after: {monitor.reason}", config)
 
 
 def _goal_reached(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:

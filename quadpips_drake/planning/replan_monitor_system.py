@@ -11,6 +11,7 @@ from quadpips_drake.planning.foothold_planner_system import no_foothold_plan
 from quadpips_drake.planning.plans import MonitorStatus, PlanRequest, StageStatus
 from quadpips_drake.planning.replan_monitor import Monitor, MonitorConfig, Situation, advance
 from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
+from quadpips_drake.robots.safety_status import STABLE
 from quadpips_drake.values import ImmutableValue
 
 
@@ -34,7 +35,7 @@ class _Memory(ImmutableValue):
 class ReplanMonitor(LeafSystem):
     """Asks for plans until the goal is reached, and aborts a reference when the robot becomes unstable.
 
-    QuadPiPS section VII-A: a completed reference, or large roll, pitch, joint velocities or torques, lead to a new plan; in
+    QuadPiPS section VII-A: a completed reference, or a robot that the safety monitor calls unstable, lead to a new plan; in
     the latter case the reference is dropped first and the robot comes to rest. Failed plans are asked for again with newer
     regions, a few times; see ``replan_monitor.advance``.
 
@@ -46,6 +47,7 @@ class ReplanMonitor(LeafSystem):
         - reference
         - foothold_plan
         - trajectory_status (optional)
+        - safety_status (optional)
         output_ports:
         - plan_request
         - status
@@ -56,6 +58,7 @@ class ReplanMonitor(LeafSystem):
       there is none.
     - foothold_plan: FootholdPlan, frame W; a failed one for the request ends it.
     - trajectory_status (optional): StageStatus of the swing optimiser; a failure for the request ends it.
+    - safety_status (optional): SafetyStatus; while it is unstable there is nothing to follow. Missing: always stable.
     - plan_request: PlanRequest for the goal, frame W; a new id for each plan, 0 before the first.
     - status: MonitorStatus: phase, reason, counters and the distance to the goal [m].
     - abort: bool; True while the robot recovers, in which time there is nothing to follow.
@@ -63,10 +66,9 @@ class ReplanMonitor(LeafSystem):
     All outputs are updated at 1 / ``period`` (10 Hz).
     """
 
-    def __init__(self, robot, goal, config: MonitorConfig | None = None, *, period: float = 0.1):
+    def __init__(self, goal, config: MonitorConfig | None = None, *, period: float = 0.1):
         super().__init__()
         self.set_name("replan_monitor")
-        self._robot = robot
         self._goal = np.array(goal, dtype=float)
         if self._goal.shape != (2,) or not np.isfinite(self._goal).all():
             raise UserInputError(f"the goal must be two finite numbers x, y [m], not {goal}")
@@ -77,6 +79,7 @@ class ReplanMonitor(LeafSystem):
         self._trajectory_status = self.DeclareAbstractInputPort(
             "trajectory_status", AbstractValue.Make(StageStatus(0.0, 0, True))
         )
+        self._safety_status = self.DeclareAbstractInputPort("safety_status", AbstractValue.Make(STABLE))
         first = Monitor(PlanRequest(0, 0.0, self._goal))
         self._memory = self.DeclareAbstractState(
             AbstractValue.Make(_Memory(first, MonitorStatus(0.0, first.phase, first.reason)))
@@ -103,8 +106,9 @@ class ReplanMonitor(LeafSystem):
             foothold_plan=self._foothold_plan.Eval(context),
             trajectory_status=self._trajectory_status.Eval(context) if has_status else StageStatus(0.0, 0, True),
             goal=self._goal,
+            safety=self._safety_status.Eval(context) if self._safety_status.HasValue(context) else STABLE,
         )
-        monitor = advance(context.get_abstract_state(int(self._memory)).get_value().monitor, now, self._robot, self._config)
+        monitor = advance(context.get_abstract_state(int(self._memory)).get_value().monitor, now, self._config)
         status = MonitorStatus(
             stamp=now.time,
             phase=monitor.phase,

@@ -2,6 +2,7 @@
 
 from quadpips_drake.control.centroidal_mpc_system import CentroidalMpc
 from quadpips_drake.control.reference_publisher_system import ReferencePublisher
+from quadpips_drake.control.safety_monitor_system import SafetyMonitor
 from quadpips_drake.control.scripted_command_system import ScriptedCommand
 from quadpips_drake.control.velocity_reference_system import VelocityReference
 from quadpips_drake.control.whole_body_controller_system import WholeBodyController
@@ -13,6 +14,7 @@ def make_systems() -> list:
     return [
         CentroidalMpc(robot),
         ReferencePublisher(),
+        SafetyMonitor(robot),
         ScriptedCommand([]),
         VelocityReference(robot),
         WholeBodyController(robot),

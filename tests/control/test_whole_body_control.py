@@ -122,8 +122,9 @@ def test_planned_and_sensed_contact_decide_the_mode(planned, sensed, last, time,
     assert foot_mode(planned, sensed, last, _Spline(), time, 0.6) == mode
 
 
-def test_a_foot_that_never_swung_stands():
-    assert foot_mode(True, False, FootMode.SWING, None, 0.5, 0.6) == FootMode.STANCE
+def test_a_foot_without_a_swing_stands_unless_its_swing_was_dropped():
+    assert foot_mode(True, False, FootMode.STANCE, None, 0.5, 0.6) == FootMode.STANCE
+    assert foot_mode(True, False, FootMode.SWING, None, 0.5, 0.6) == FootMode.SEARCH
 
 
 def test_rotation_error_is_the_rotation_vector_for_small_angles():

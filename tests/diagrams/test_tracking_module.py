@@ -14,8 +14,8 @@ def test_ports_have_their_names():
     module = make_tracking_module(load_robot("go2"))
     inputs = [module.get_input_port(i).get_name() for i in range(module.num_input_ports())]
     outputs = [module.get_output_port(i).get_name() for i in range(module.num_output_ports())]
-    assert inputs == ["robot_state", "reference"]
-    assert outputs == ["feedforward_torque", "desired_joint_state", "mpc_policy", "wbc_status"]
+    assert inputs == ["robot_state", "reference", "abort"]
+    assert outputs == ["feedforward_torque", "desired_joint_state", "mpc_policy", "wbc_status", "safety_status"]
 
 
 @pytest.mark.parametrize("name", ["anymal_c", "go2"])

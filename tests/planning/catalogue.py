@@ -8,4 +8,4 @@ from quadpips_drake.robots.robot_model import load_robot
 
 def make_systems() -> list:
     robot = load_robot("anymal_c")
-    return [TorsoPlanner(robot), FootholdPlanner(robot), ReplanMonitor(robot, [2.0, 0.0])]
+    return [TorsoPlanner(robot), FootholdPlanner(robot), ReplanMonitor([2.0, 0.0])]

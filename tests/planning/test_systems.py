@@ -14,6 +14,7 @@ from quadpips_drake.planning.plans import PlanRequest, StageStatus
 from quadpips_drake.planning.replan_monitor_system import ReplanMonitor
 from quadpips_drake.planning.torso_planner_system import TorsoPlanner
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.safety_status import SafetyStatus
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trajectory.reference import ContactSchedule, WholeBodyReference
 from tests.planning import worlds
@@ -110,8 +111,8 @@ def reference(request_id, end_time, x=1.0):
 @pytest.mark.parametrize("with_status", [False, True])
 def test_monitor_asks_walks_and_aborts(with_status):
     builder = DiagramBuilder()
-    monitor = builder.AddSystem(ReplanMonitor(ROBOT, GOAL))
-    for name in ("robot_state", "reference", "foothold_plan"):
+    monitor = builder.AddSystem(ReplanMonitor(GOAL))
+    for name in ("robot_state", "reference", "foothold_plan", "safety_status"):
         builder.ExportInput(monitor.GetInputPort(name), name)
     if with_status:
         source = builder.AddSystem(ConstantValueSource(AbstractValue.Make(StageStatus(0.0, 0, True))))
@@ -131,13 +132,11 @@ def test_monitor_asks_walks_and_aborts(with_status):
     fix(diagram, root, reference=reference(1, 3.0))
     simulator.AdvanceTo(1.05)
     assert read("status").phase == "walking" and read("status").distance_to_goal == pytest.approx(2.0)
-    tipping = worlds.standing_state(ROBOT)
-    object.__setattr__(tipping, "rpy_WB", np.array([0.6, 0.0, 0.0]))
-    fix(diagram, root, robot_state=tipping)
+    fix(diagram, root, safety_status=SafetyStatus(1.1, True, "attitude", "the base tilts by 0.6 rad"))
     simulator.AdvanceTo(1.25)
     assert read("abort") is True and read("status").aborts == 1 and "tilts" in read("status").reason
 
 
 def test_monitor_wants_a_goal():
     with pytest.raises(UserInputError, match="goal"):
-        ReplanMonitor(ROBOT, [1.0, float("nan")])
+        ReplanMonitor([1.0, float("nan")])
