@@ -57,6 +57,8 @@ class FootholdConfig:
     """Largest deviation of a stance's width, fore or hind, from the nominal one [m] (eq. 17)."""
     length_tolerance: float = 0.35
     """Largest deviation of a stance's length, left or right, from the nominal one [m] (eq. 17)."""
+    max_support_distance: float = 0.10
+    """During a swing, largest distance from the base's mean position to where the feet on the ground support it [m]."""
     max_tilt: float = 0.35
     """Largest roll and pitch of the nominal base [rad]."""
     max_yaw_step: float = 0.20
@@ -72,6 +74,8 @@ class FootholdConfig:
     """Cost of a foot away from its nominal place under the base, squared [1/m]."""
     stance_slack: float = 0.08
     """Deviation forward or backward that costs nothing, because a stance in mid-walk has it anyway [m]."""
+    support_weight: float = 20.0
+    """Cost of that distance during a swing, squared [1/m]."""
     twist_weight: float = 4.0
     """Cost of the two diagonals' mean heights differing, squared [1/m]."""
     rise_weight: float = 0.2
@@ -101,5 +105,7 @@ class FootholdConfig:
         for name in ("reach_offset", "reach_semi_axes", "reach_exponents"):
             if len(getattr(self, name)) != 3:
                 raise UserInputError(f"{name} needs three numbers, not {len(getattr(self, name))}")
+        if self.max_support_distance < 0.0:
+            raise UserInputError(f"max_support_distance must not be negative, is {self.max_support_distance}")
         if min(self.reach_semi_axes + self.reach_exponents) <= 0.0:
             raise UserInputError("reach_semi_axes and reach_exponents must be positive")

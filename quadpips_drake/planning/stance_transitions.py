@@ -15,7 +15,7 @@ from quadpips_drake.planning.region_table import foothold_near
 from quadpips_drake.robots.legs import Leg
 from quadpips_drake.robots.reachability import LegChains, in_leg_workspace, inside_superquadric, leg_chains
 
-REJECTIONS = ("too close together", "stance stability", "facing backward", "out of a leg's workspace")
+REJECTIONS = ("too close together", "stance stability", "facing backward", "out of a leg's workspace", "out of balance")
 """Why a combination of footholds is refused, in the order of the tests."""
 
 _SAME = 0.02  # candidates nearer to each other than this [m] are one
@@ -44,6 +44,7 @@ class TransitionModel(NamedTuple):
     max_rise: float
     width_tolerance: float
     length_tolerance: float
+    max_support_distance: float
     max_tilt: float
     max_yaw_step: float
     preferred_swing: float
@@ -51,6 +52,7 @@ class TransitionModel(NamedTuple):
     step_weight: float
     stance_weight: float
     stance_slack: float
+    support_weight: float
     twist_weight: float
     rise_weight: float
 
@@ -289,6 +291,31 @@ def refusal(feet, normals, p_WB, rpy_WB, facing, waypoint_yaw, model):
 
 
 @njit(cache=True)
+def support_distance(feet, swinging, x, y):
+    """Returns the horizontal distance [m] from (x, y) to the segment or triangle of the feet that stay on the ground.
+
+    It is what makes a robot fall during a swing: an inverted pendulum of height h, at rest d beside its support, is
+    d (cosh(t sqrt(g / h)) - 1) further away after the time t, that is almost 2 d after 0.4 s at h = 0.6 m.
+    """
+    legs = np.empty(4, dtype=np.int64)
+    n = 0
+    for leg in (0, 1, 3, 2):  # around the robot
+        if not swinging[leg]:
+            legs[n] = leg
+            n += 1
+    nearest = np.inf
+    inside = n > 2
+    for i in range(n):
+        a, b = legs[i], legs[(i + 1) % n]
+        ex, ey = feet[b, 0] - feet[a, 0], feet[b, 1] - feet[a, 1]
+        px, py = x - feet[a, 0], y - feet[a, 1]
+        t = min(1.0, max(0.0, (px * ex + py * ey) / max(ex * ex + ey * ey, 1e-12)))
+        nearest = min(nearest, np.hypot(px - t * ex, py - t * ey))
+        inside = inside and ex * py - ey * px <= 0.0  # the feet are in clockwise order
+    return 0.0 if inside else nearest
+
+
+@njit(cache=True)
 def edge_cost(feet, new_feet, swinging, p_WB, rpy_WB, new_p_WB, new_rpy_WB, model):
     """Returns the cost of a transition [m]: the way of the base and its turning, swings, stretched and twisted stances."""
     dx, dy, dz = new_p_WB[0] - p_WB[0], new_p_WB[1] - p_WB[1], new_p_WB[2] - p_WB[2]
@@ -356,11 +383,15 @@ def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, ta
             out_feet[k, first], out_normals[k, first], out_regions[k, first] = points_a[a], normals_a[a], regions_a[a]
             new_p, new_rpy = base_pose_above(out_feet[k], model.base_height, model.max_tilt)
             why = refusal(out_feet[k], out_normals[k], new_p, new_rpy, facing, waypoint_yaw, model)
+            aside = support_distance(feet, swinging, 0.5 * (p_WB[0] + new_p[0]), 0.5 * (p_WB[1] + new_p[1]))
+            if why < 0 and aside > model.max_support_distance:
+                why = 4
             if why >= 0:
                 refused[why] += 1
                 continue
             out_p[k], out_rpy[k] = new_p, new_rpy
             costs[k] = edge_cost(feet, out_feet[k], swinging, p_WB, rpy_WB, new_p, new_rpy, model)
+            costs[k] += model.support_weight * aside * aside
             ways[k], _ = distance_to_go(new_p[0], new_p[1], new_rpy[2], path, remaining, model.yaw_weight)
             k += 1
     return out_feet[:k], out_normals[:k], out_regions[:k], out_p[:k], out_rpy[:k], costs[:k], ways[:k], refused
