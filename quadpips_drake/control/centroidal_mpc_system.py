@@ -17,7 +17,8 @@ class CentroidalMpc(LeafSystem):
 
     min sum |x - x_ref|_Q^2 + |u - u_ref|_R^2 subject to the centroidal dynamics, friction cones, contact and joint limits
     (QuadPiPS section VII-B, eq. 19); one SQP iteration per update, started from the last solution. Without a reference the
-    robot stands where it is. A failed solve carries the last policy on and is counted in it.
+    robot stands where it is. A failed solve carries the last policy on and is counted in it. With a ``delay`` in the
+    configuration each policy appears at the port that much later than the measurement that it started from.
 
     .. pydrake_system::
 
@@ -30,7 +31,7 @@ class CentroidalMpc(LeafSystem):
 
     - robot_state: RobotState, frame W.
     - reference: WholeBodyReference in absolute time, frame W; without samples: stand.
-    - mpc_policy: MpcPolicy in absolute time, frame W; empty before the first solve. Updated at 1 / ``period``.
+    - mpc_policy: MpcPolicy in absolute time, frame W; empty before the first one. Updated at 1 / ``period``.
     """
 
     def __init__(self, robot, config: MpcConfig | None = None, *, period: float = 0.02, timings=None):
@@ -45,8 +46,8 @@ class CentroidalMpc(LeafSystem):
         self.DeclareAbstractOutputPort(
             "mpc_policy",
             lambda: AbstractValue.Make(MpcPolicy.empty()),
-            lambda context, output: output.set_value(self._memory(context).policy),
-            {self.abstract_state_ticket(self._state)},
+            lambda context, output: output.set_value(self._memory(context).policy_at(context.get_time())),
+            {self.abstract_state_ticket(self._state)} | ({self.time_ticket()} if config and config.delay > 0.0 else set()),
         )
 
     def _memory(self, context) -> MpcMemory:

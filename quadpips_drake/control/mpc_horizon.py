@@ -1,4 +1,4 @@
-"""What the MPC looks at: its time grid, the reference on it, and where each foot is to be."""
+"""What the MPC looks at: the reference and the contacts on its time grid."""
 
 from dataclasses import dataclass
 
@@ -6,30 +6,12 @@ import numpy as np
 
 from quadpips_drake.robots.legs import NUM_LEGS, Leg
 from quadpips_drake.robots.robot_state import RobotState
-from quadpips_drake.trajectory.reference import ContactSchedule, FootholdTarget, WholeBodyReference
+from quadpips_drake.trajectory.reference import ContactSchedule, WholeBodyReference
 from quadpips_drake.values import ImmutableValue
 
 GRAVITY = 9.81
 _EARLY_PHASE = 0.6
 """From this part of a swing on a touch counts as touch-down [1]."""
-_MATCH = 0.05
-"""A foothold belongs to a swing when their touch-downs are closer than this [s]."""
-
-
-def graded_grid(first_step: float, horizon: float, intervals: int) -> np.ndarray:
-    """Knots from 0 to ``horizon`` [s], (intervals + 1,); steps grow geometrically from ``first_step``.
-
-    Near steps decide what is done until the next solve; far ones only show where it leads.
-    """
-    if first_step * intervals >= horizon:
-        return np.linspace(0.0, horizon, intervals + 1)
-    low, high = 1.0, 3.0
-    for _ in range(60):
-        ratio = 0.5 * (low + high)
-        total = first_step * np.sum(ratio ** np.arange(intervals))
-        low, high = (ratio, high) if total < horizon else (low, ratio)
-    steps = first_step * low ** np.arange(intervals)
-    return np.concatenate(([0.0], np.cumsum(steps) * horizon / steps.sum()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +54,16 @@ def weight_bearing_inputs(stance: np.ndarray, mass: float) -> np.ndarray:
     return inputs
 
 
+def interpolated(times: np.ndarray, knots: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """``values`` (m, n), given at ``knots``, at ``times``: linear in between, constant outside."""
+    right = np.clip(np.searchsorted(knots, times, side="right"), 1, len(knots) - 1)
+    part = np.clip((times - knots[right - 1]) / (knots[right] - knots[right - 1]), 0.0, 1.0)[:, None]
+    return (1.0 - part) * values[right - 1] + part * values[right]
+
+
 def sampled_states(reference: WholeBodyReference, times: np.ndarray, yaw: float) -> np.ndarray:
     """Reference states at ``times`` (n, 24), linear in between, at rest outside; yaw continued from the present ``yaw``."""
-    states = np.stack([np.interp(times, reference.times, column) for column in reference.states.T], axis=1)
+    states = interpolated(times, reference.times, reference.states)
     outside = (times < reference.times[0]) | (times > reference.end_time)
     states[outside, :6] = 0.0
     states[:, 11] += 2.0 * np.pi * np.round((yaw - states[0, 11]) / (2.0 * np.pi))
@@ -106,64 +95,3 @@ def with_early_contacts(stance: np.ndarray, times: np.ndarray, contacts: np.ndar
             if early < now < spline.end_time:
                 corrected[middle < spline.end_time, leg] = True
     return corrected
-
-
-def matching_target(footholds: tuple, leg: Leg, touchdown: float) -> FootholdTarget | None:
-    """The target of ``leg`` that belongs to the swing ending at ``touchdown`` [s]."""
-    best = None
-    for target in footholds:
-        if target.leg == leg and abs(target.touchdown_time - touchdown) < _MATCH:
-            best = target
-    return best
-
-
-def plan_swings(
-    schedule: ContactSchedule, footholds: tuple, feet: np.ndarray, now: float, until: float, make_swing
-) -> tuple:
-    """For each leg the splines of its swings between ``now`` and ``until`` [s], and the last one before.
-
-    Args:
-        schedule: contacts in absolute time.
-        footholds: FootholdTargets; a swing without one comes down where it began.
-        feet: where each foot stands, or stood when its present swing began, in W, (4, 3).
-        make_swing: function (liftoff time, touchdown time, start point, end point, end normal) -> spline.
-    """
-    plans = []
-    for leg in Leg:
-        splines = []
-        point = np.asarray(feet[leg])
-        for liftoff, touchdown in schedule.swings(leg):
-            if touchdown <= now or liftoff >= until or not np.isfinite(touchdown - liftoff):
-                continue
-            target = matching_target(footholds, leg, touchdown)
-            end = point if target is None else target.position
-            normal = np.array([0.0, 0.0, 1.0]) if target is None else target.normal
-            splines.append(make_swing(liftoff, touchdown, point, end, normal))
-            point = end
-        plans.append(tuple(splines))
-    return tuple(plans)
-
-
-def foot_references(swings: tuple, feet: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and velocities of the feet at ``times``, each (n, 4, 3): on the ground, along the splines, on the ground."""
-    p = np.tile(feet, (len(times), 1, 1))
-    v = np.zeros_like(p)
-    for leg, splines in enumerate(swings):
-        for spline in splines:
-            landed = times >= spline.end_time
-            p[landed, leg] = spline.evaluate(spline.end_time)[0]
-            for k in np.flatnonzero((times >= spline.start_time) & ~landed):
-                p[k, leg], v[k, leg], _ = spline.evaluate(times[k])
-    return p, v
-
-
-def ground_normals(footholds: tuple, times: np.ndarray) -> np.ndarray:
-    """Unit normal of the ground under each foot in each interval of ``times``, or where it comes down next, (N, 4, 3).
-
-    A normal belongs to a foothold from its lift-off on; without a foothold the ground is taken as level.
-    """
-    normals = np.tile([0.0, 0.0, 1.0], (len(times) - 1, NUM_LEGS, 1))
-    middle = 0.5 * (times[:-1] + times[1:])
-    for target in footholds:  # in order of touch-down: later ones overwrite
-        normals[middle >= target.liftoff_time, target.leg] = target.normal
-    return normals

@@ -68,7 +68,7 @@ class CentroidalModel:
     in W [N], joint velocities [rad/s]. Rotor inertia of the drives does not count as momentum, as in Drake.
 
     ``kind`` "single_rigid_body" takes the legs for massless: the whole mass and the inertia at the nominal joints belong to
-    the base (J. Di Carlo et al., "Dynamic locomotion in the MIT Cheetah 3", 2018). State, input and kinematics stay the same.
+    the base (J. Di Carlo et al., "Dynamic locomotion in the MIT Cheetah 3", 2018). State, input, kinematics stay the same.
     """
 
     def __init__(self, robot: RobotModel, kind: str = "centroidal"):

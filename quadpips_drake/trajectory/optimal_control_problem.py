@@ -48,18 +48,18 @@ class OptimalControlProblem:
         states[0] = x0
         return Guess(states, np.array(task.u_ref, dtype=float), np.asarray(task.times, dtype=float))
 
-    def iterate(self, x0, task: TrackingTask, guess: Guess | OcpSolution | tuple | None = None) -> OcpSolution:
+    def iterate(self, x0, task: TrackingTask, guess: Guess | OcpSolution | tuple | None = None, solver=None) -> OcpSolution:
         """One real-time iteration from state ``x0`` (24,): linearise about the guess, solve, take the step.
 
         Without a guess it starts from the reference; a pair (X, U) is a guess on the task's own times. A step that would
         move a pose coordinate or joint by more than ``max_step`` is scaled down. When the quadratic program fails, the guess
-        comes back with ``success`` False.
+        comes back with ``success`` False. ``solver`` takes the place of the configured one (studies of faults).
         """
         states, inputs, x0, task = self._start(x0, task, guess)
         clock = _Clock()
         arrays = task.arrays(self.config.friction)
         cost, violation = self._approximate(arrays, states, inputs, clock)
-        step = self._solve_quadratic(arrays, x0, states, clock)
+        step = self._solve_quadratic(arrays, x0, states, clock, solver)
         solution = OcpSolution(
             step is not None,
             "iteration",
@@ -150,13 +150,13 @@ class OptimalControlProblem:
         clock.times["linearisation_time"] += time.perf_counter() - start
         return float(cost), float(np.sqrt(self._blocks.violations.sum()))
 
-    def _solve_quadratic(self, arrays, x0, states, clock):
+    def _solve_quadratic(self, arrays, x0, states, clock, solver=None):
         """Returns the step (dX, dU) or None."""
         start = time.perf_counter()
         error = states[-1] - arrays.x_ref[-1]
         self._program.update(self._blocks, x0 - states[0], self._terminal_hessian, self._terminal_hessian @ error)
         update_time = time.perf_counter() - start
-        solution, details = solve_program(self._solver, self._program.prog)
+        solution, details = solve_program(solver or self._solver, self._program.prog)
         clock.times["assembly_time"] += update_time + details.conversion_time
         clock.times["qp_time"] += details.solve_time
         clock.qp_iterations += details.iterations

@@ -1,6 +1,6 @@
 """The whole-body reference: what planning hands to tracking."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,6 +59,8 @@ class FootholdTarget(ImmutableValue):
     """Upward unit normal of the ground there, (3,)."""
     region: object = None
     """The PlanarRegion, or None on ground that nothing is known about."""
+    ground: tuple = ()
+    """PlanarRegions that the foot may pass over on its way there; empty: nothing is known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +93,7 @@ class WholeBodyReference(ImmutableValue):
     def shifted(self, offset: float, stamp: float) -> "WholeBodyReference":
         """The same reference, ``offset`` seconds later, published at ``stamp``."""
         footholds = tuple(
-            FootholdTarget(f.leg, f.liftoff_time + offset, f.touchdown_time + offset, f.position, f.normal, f.region)
+            replace(f, liftoff_time=f.liftoff_time + offset, touchdown_time=f.touchdown_time + offset)
             for f in self.footholds
         )
         return WholeBodyReference(

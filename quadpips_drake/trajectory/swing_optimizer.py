@@ -174,6 +174,7 @@ class SwingOptimizer:
                 targets=feet[k + 1],
                 normals=np.array([plan.stances[k].normals, plan.stances[k + 1].normals]),
                 regions=plan.stances[k + 1].regions,
+                ground=_regions_around(plan, k),
                 end=target,
                 start_velocity=velocities[k],
                 end_velocity=velocities[k + 1],
@@ -257,7 +258,7 @@ def _assemble(states, inputs, setups, plan, stamp):
         stance += [~np.isin(np.arange(4), setup.legs), np.ones(4, dtype=bool)]
         for leg in setup.legs:
             position, normal = setup.targets[leg], setup.normals[1, leg]
-            footholds.append(FootholdTarget(leg, lifted, landed, position, normal, setup.regions[leg]))
+            footholds.append(FootholdTarget(leg, lifted, landed, position, normal, setup.regions[leg], setup.ground))
         start += setup.duration
     return WholeBodyReference(
         stamp,
@@ -268,6 +269,13 @@ def _assemble(states, inputs, setups, plan, stamp):
         ContactSchedule(np.array(events), np.array(stance)),
         tuple(footholds),
     )
+
+
+def _regions_around(plan, swing):
+    """The regions under the feet from the stance before the swing's own to the one after, each once."""
+    stances = plan.stances[max(0, swing - 1) : swing + 3]
+    found = {id(region): region for stance in stances for region in stance.regions if region is not None}
+    return tuple(found.values())
 
 
 def _names(legs) -> str:

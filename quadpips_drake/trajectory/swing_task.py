@@ -6,6 +6,7 @@ import numpy as np
 
 from quadpips_drake.robots.legs import NUM_LEGS
 from quadpips_drake.trajectory.centroidal_model import CentroidalModel
+from quadpips_drake.trajectory.ground_profile import ground_profile, region_halfspaces
 from quadpips_drake.trajectory.small_algebra import roll_pitch_yaw_rotation
 from quadpips_drake.trajectory.swing_trajectory import SwingConfig, SwingSpline
 from quadpips_drake.trajectory.target_configuration import TargetConfiguration, leg_angles
@@ -30,6 +31,8 @@ class SwingSetup:
     """Upward normals under the feet before (first) and after the swing, (2, 4, 3)."""
     regions: tuple
     """PlanarRegion or None for each foot after the swing."""
+    ground: tuple
+    """PlanarRegions on which feet stand around this time: what is known of the ground that the swings pass over."""
     end: TargetConfiguration
     start_velocity: np.ndarray
     """Velocity of the base at the beginning that the reference has [m/s], (3,)."""
@@ -64,6 +67,7 @@ def make_swing_task(model: CentroidalModel, x0, setup: SwingSetup, config: Swing
             setup.normals[1, leg],
             config,
             liftoff_normal=setup.normals[0, leg],
+            profile=ground_profile(*ends, setup.ground, model.robot.foot_radius),
         )
         foot_p[:, leg], foot_v[:, leg] = spline.position(times), spline.velocity(times)
         normals[:, leg] = [spline.normal(t) for t in times[:-1]]
@@ -118,15 +122,3 @@ def _halfspaces(setup, stance, times):
     for leg, (a, b) in halfspaces.items():
         normals[landed, leg, : len(b)], offsets[landed, leg, : len(b)] = a, b
     return normals, offsets
-
-
-def region_halfspaces(region) -> tuple[np.ndarray, np.ndarray]:
-    """Returns normals (m, 3), offsets (m,): normals @ p + offsets >= 0 for points p (in W) above or on the region."""
-    corners = np.asarray(region.boundary)
-    edges = np.roll(corners, -1, axis=0) - corners
-    length = np.linalg.norm(edges, axis=1)
-    corners, edges = corners[length > 1e-9], edges[length > 1e-9] / length[length > 1e-9, None]
-    inward = np.column_stack((-edges[:, 1], edges[:, 0]))  # left of a counter-clockwise edge
-    rotation = region.X_WR[:3, :3]
-    normals = inward @ rotation[:, :2].T
-    return normals, -np.einsum("ij,ij->i", inward, corners) - normals @ region.center

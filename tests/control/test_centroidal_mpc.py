@@ -13,6 +13,7 @@ from quadpips_drake.control.velocity_reference import VelocityWalk, WalkMemory
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.legs import Leg
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.trajectory.ocp_config import OcpConfig
 
 
 def _solve(mpc, robot, reference, times, memory=None):
@@ -36,9 +37,9 @@ def test_standing_forces_carry_the_weight_and_the_base_stays(name):
 
 def test_swinging_feet_bear_nothing_and_aim_at_their_footholds():
     robot = load_robot("anymal_c")
-    walk = VelocityWalk(robot, load_gait("trot"))
-    memory = walk.update(WalkMemory.empty(), standing_state(robot), np.array([0.3, 0.0, 0.0]))
-    memory = walk.update(memory, standing_state(robot, 0.02), np.array([0.3, 0.0, 0.0]))
+    walk, trot = VelocityWalk(robot), load_gait("trot")
+    memory = walk.update(WalkMemory.empty(), standing_state(robot), np.array([0.3, 0.0, 0.0]), trot)
+    memory = walk.update(memory, standing_state(robot, 0.02), np.array([0.3, 0.0, 0.0]), trot)
     policy = _solve(CentroidalMpc(robot), robot, memory.reference, [0.02, 0.04, 0.06]).policy
     assert policy.success
     middle = 0.5 * (policy.times[:-1] + policy.times[1:])
@@ -60,21 +61,80 @@ def test_without_a_reference_the_stance_is_latched():
     assert later.standing is memory.standing
 
 
-def test_failures_are_counted_and_end_in_standing(monkeypatch):
+def test_failures_are_counted_and_carry_the_policy_on():
     robot = load_robot("go2")
-    mpc = CentroidalMpc(robot)
+    mpc = CentroidalMpc(robot, MpcConfig(fault_start=[0.02], fault_duration=0.04))
     good = _solve(mpc, robot, no_reference(), [0.0])
-    solution = mpc._problem.iterate
-    monkeypatch.setattr(
-        mpc._problem, "iterate", lambda *a, **k: replace(solution(*a, **k), success=False, status="made to fail")
-    )
     bad = _solve(mpc, robot, no_reference(), [0.02, 0.04], good)
     assert not bad.policy.success
-    assert bad.policy.status == "made to fail"
+    assert "fails on purpose" in bad.policy.status
     assert bad.policy.fallbacks == 2
     assert bad.policy.states is good.policy.states
+    assert bad.consecutive_failures == 2
+    after = _solve(mpc, robot, no_reference(), [0.06], bad)
+    assert after.policy.success and after.policy.fallbacks == 2 and after.consecutive_failures == 0
 
 
-def test_bad_horizons_are_refused():
-    with pytest.raises(UserInputError, match="horizon"):
-        MpcConfig(horizon=0.0)
+def test_many_failures_end_in_standing():
+    robot = load_robot("anymal_c")
+    walk, trot = VelocityWalk(robot), load_gait("trot")
+    memory = walk.update(WalkMemory.empty(), standing_state(robot), np.array([0.3, 0.0, 0.0]), trot)
+    mpc = CentroidalMpc(robot, MpcConfig(fault_start=[0.02], fault_duration=0.07, max_consecutive_failures=2))
+    done = _solve(mpc, robot, memory.reference, [0.0, 0.02, 0.04, 0.06, 0.08, 0.1])
+    assert done.standing is not None
+    assert done.policy.success
+    assert not any(done.policy.swings)
+
+
+def test_a_delay_holds_results_back_and_leaves_their_times():
+    robot = load_robot("anymal_c")
+    mpc = CentroidalMpc(robot, MpcConfig(delay=0.03))
+    memory = _solve(mpc, robot, no_reference(), [0.0, 0.02, 0.04, 0.06])
+    assert memory.policy.stamp == pytest.approx(0.06)
+    assert memory.policy_at(0.06).stamp == pytest.approx(0.02)
+    assert memory.policy_at(0.071).stamp == pytest.approx(0.04)
+    assert memory.policy_at(0.091).times[0] == pytest.approx(0.06)
+    assert _solve(mpc, robot, no_reference(), [0.0]).policy_at(0.02).is_empty
+    assert len(memory.released) <= 3
+
+
+def test_the_uniform_grid_of_the_paper():
+    robot, config = load_robot("anymal_c"), MpcConfig(grid="uniform")
+    assert len(config.knots()) == 68
+    assert np.diff(config.knots()) == pytest.approx(0.015, rel=0.01)
+    assert len(MpcConfig().knots()) <= 26
+    policy = _solve(CentroidalMpc(robot, config), robot, no_reference(), [0.0, 0.02]).policy
+    assert policy.success and len(policy.inputs) == 67
+
+
+def test_the_single_rigid_body_stands_too():
+    robot = load_robot("anymal_c")
+    mpc = CentroidalMpc(robot, MpcConfig(ocp=OcpConfig(model="single_rigid_body")))
+    policy = _solve(mpc, robot, no_reference(), [0.0, 0.02]).policy
+    assert policy.success
+    assert policy.inputs[0, 2:12:3].sum() == pytest.approx(9.81 * robot.mass, rel=0.03)
+
+
+def test_equal_memories_give_equal_policies():
+    robot = load_robot("anymal_c")
+    mpc = CentroidalMpc(robot)
+    memory = _solve(mpc, robot, no_reference(), [0.0, 0.02])
+    one = _solve(mpc, robot, no_reference(), [0.04], memory)
+    _solve(mpc, robot, no_reference(), [0.06, 0.08], one)
+    other = _solve(CentroidalMpc(robot), robot, no_reference(), [0.04], memory)
+    np.testing.assert_array_equal(one.policy.inputs, other.policy.inputs)
+    np.testing.assert_array_equal(one.policy.states, other.policy.states)
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ({"horizon": 0.0}, "horizon"),
+        ({"grid": "fine"}, "unknown MPC grid 'fine'"),
+        ({"delay": -0.1}, "mpc.delay"),
+        ({"uniform_interval": 0.7}, "uniform_interval"),
+    ],
+)
+def test_bad_settings_are_refused(setting, message):
+    with pytest.raises(UserInputError, match=message):
+        MpcConfig(**setting)

@@ -4,21 +4,25 @@ import numpy as np
 import pytest
 
 from quadpips_drake.control import mpc_horizon as horizon
+from quadpips_drake.control import mpc_swings
 from quadpips_drake.control.gaits import load_gait
+from quadpips_drake.control.mpc_config import graded_grid
 from quadpips_drake.control.standing import standing_state
+from quadpips_drake.perception.regions import PlanarRegion
 from quadpips_drake.robots.legs import Leg
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.trajectory.reference import ContactSchedule, FootholdTarget, WholeBodyReference
+from quadpips_drake.trajectory.swing_trajectory import SwingConfig, SwingSpline
 
 
 def test_the_grid_grows_from_its_first_step_to_the_horizon():
-    grid = horizon.graded_grid(0.02, 1.0, 22)
+    grid = graded_grid(0.02, 1.0, 22)
     steps = np.diff(grid)
     assert len(steps) == 22
     assert steps[0] == pytest.approx(0.02, rel=1e-6)
     assert grid[-1] == pytest.approx(1.0)
     assert np.all(np.diff(steps) > 0.0)
-    assert np.diff(horizon.graded_grid(0.05, 1.0, 20)) == pytest.approx(0.05)
+    assert np.diff(graded_grid(0.05, 1.0, 20)) == pytest.approx(0.05)
 
 
 def test_reference_yaw_continues_from_the_present_one():
@@ -41,30 +45,59 @@ def test_the_standing_pose_of_the_nominal_stance_is_nominal(name):
     assert pose.rpy_WB == pytest.approx(np.zeros(3), abs=1e-3)
 
 
-class _Line:
-    def __init__(self, start_time, end_time, start, end, normal):
-        self.start_time, self.end_time, self.start, self.end = start_time, end_time, start, end
-
-    def evaluate(self, time):
-        ratio = (time - self.start_time) / (self.end_time - self.start_time)
-        rate = (self.end - self.start) / (self.end_time - self.start_time)
-        return self.start + ratio * (self.end - self.start), rate, np.zeros(3)
-
-
 def test_swings_lead_from_the_feet_over_the_targets():
     schedule = load_gait("standing_trot").schedule(0.0, stop=2.0)
-    feet = np.zeros((4, 3))
+    feet, up = np.zeros((4, 3)), np.tile([0.0, 0.0, 1.0], (4, 1))
     targets = (
-        FootholdTarget(Leg.RF, 0.0, 0.4, np.array([0.2, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])),
-        FootholdTarget(Leg.RF, 1.0, 1.4, np.array([0.4, 0.0, 0.1]), np.array([0.0, 0.0, 1.0])),
+        FootholdTarget(Leg.RF, 0.0, 0.4, np.array([0.2, 0.0, 0.0]), up[0]),
+        FootholdTarget(Leg.RF, 1.0, 1.4, np.array([0.4, 0.0, 0.1]), up[0]),
     )
-    swings = horizon.plan_swings(schedule, targets, feet, 0.1, 1.5, _Line)
+    planner = mpc_swings.SwingPlanner(SwingConfig(), 0.03)
+    swings = planner.plan(schedule, targets, feet, up, 0.1, 1.5)
     assert [len(s) for s in swings] == [1, 2, 2, 1]
-    p, v = horizon.foot_references(swings, feet, np.array([0.1, 0.2, 0.7, 1.2, 1.5]))
-    assert p[:, Leg.RF, 0] == pytest.approx([0.05, 0.1, 0.2, 0.3, 0.4])
-    assert v[:, Leg.RF, 0] == pytest.approx([0.5, 0.5, 0.0, 0.5, 0.0])
-    assert p[-1, Leg.RF, 2] == pytest.approx(0.1)
-    assert np.all(p[:, Leg.LF] == 0.0)
+    times = np.array([0.1, 0.2, 0.7, 1.2, 1.5])
+    p, v = mpc_swings.foot_references(swings, feet, times)
+    assert p[[2, 4], Leg.RF] == pytest.approx(np.array([[0.2, 0.0, 0.0], [0.4, 0.0, 0.1]]))
+    for k, spline in ((0, 0), (1, 0), (3, 1)):
+        expected = swings[Leg.RF][spline].evaluate(times[k])
+        assert p[k, Leg.RF] == pytest.approx(expected[0])
+        assert v[k, Leg.RF] == pytest.approx(expected[1])
+    assert np.all(v[[2, 4], Leg.RF] == 0.0)
+    assert np.all(p[:, Leg.LF, :2] == 0.0)
+    again = planner.plan(schedule, targets, feet + 5e-4, up, 0.12, 1.5, swings)
+    assert again[Leg.RF][0] is swings[Leg.RF][0]
+    moved = planner.plan(schedule, targets, feet + 5e-3, up, 0.12, 1.5, swings)
+    assert moved[Leg.RF][0].start_point == pytest.approx(np.full(3, 5e-3))
+    assert moved[Leg.RF][1] is swings[Leg.RF][1]
+
+
+def test_normals_last_from_touch_down_to_the_next_lift_off():
+    up, slope = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.6, 0.8])
+    targets = (
+        FootholdTarget(Leg.LF, 0.0, 0.4, np.zeros(3), slope),
+        FootholdTarget(Leg.LF, 1.0, 1.4, np.zeros(3), up),
+        FootholdTarget(Leg.RF, 1.0, 1.4, np.zeros(3), slope),
+    )
+    standing = mpc_swings.standing_normals(targets, np.tile(up, (4, 1)), 0.5)
+    assert standing[Leg.LF] == pytest.approx(slope)
+    assert standing[Leg.RF] == pytest.approx(up)
+    normals = mpc_swings.ground_normals(targets[1:], standing, np.array([0.5, 0.9, 1.2, 1.6]))
+    assert normals[:, Leg.LF] == pytest.approx(np.array([slope, up, up]))
+    assert normals[:, Leg.RF] == pytest.approx(np.array([up, slope, slope]))
+
+
+def test_regions_bind_feet_from_their_touch_down_on():
+    square = 0.1 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    region = PlanarRegion(3, np.eye(4), square, square)
+    target = FootholdTarget(Leg.LH, 0.1, 0.4, np.zeros(3), np.array([0.0, 0.0, 1.0]), region)
+    times = np.array([0.0, 0.2, 0.4, 0.6])
+    normals, offsets = mpc_swings.foothold_halfspaces((target,), times)
+    assert normals.shape == (3, 4, 4, 3)
+    assert not normals[:2].any() and not normals[:, [0, 1, 3]].any()
+    inside, outside = np.array([0.05, 0.0, 0.3]), np.array([0.0, 0.12, 0.0])
+    assert np.all(normals[2, Leg.LH] @ inside + offsets[2, Leg.LH] > 0.0)
+    assert np.min(normals[2, Leg.LH] @ outside + offsets[2, Leg.LH]) == pytest.approx(-0.02)
+    assert mpc_swings.foothold_halfspaces((target,), times + 1.0) == (None, None)
 
 
 def test_the_stance_feet_share_the_weight():
@@ -75,7 +108,7 @@ def test_the_stance_feet_share_the_weight():
 
 def test_an_early_touch_bears_load_but_a_late_foot_stays_planned():
     times = np.array([0.0, 0.1, 0.2, 0.5])
-    line = _Line(-0.35, 0.15, np.zeros(3), np.ones(3), None)
+    line = SwingSpline(np.zeros(3), np.ones(3), -0.35, 0.15)
     planned = np.array([[True, False, False, True], [True, True, True, True], [True] * 4])
     contacts = np.array([False, True, False, True])
     corrected = horizon.with_early_contacts(planned, times, contacts, ((), (line,), (line,), ()))

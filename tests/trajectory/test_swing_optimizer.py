@@ -11,9 +11,9 @@ from quadpips_drake.planning.plans import FootholdPlan, Stance
 from quadpips_drake.robots.legs import Leg
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.trajectory.ground_profile import region_halfspaces
 from quadpips_drake.trajectory.swing_optimizer import SwingOptimizer, SwingOptimizerConfig
 from quadpips_drake.trajectory.swing_optimizer_system import SwingTrajectoryOptimizer
-from quadpips_drake.trajectory.swing_task import region_halfspaces
 from quadpips_drake.trajectory.target_configuration import TargetConfig, find_target, foot_centers
 from tests.trajectory.walking import robot_state_of, uneven_plan
 

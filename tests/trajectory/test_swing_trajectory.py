@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.perception.regions import PlanarRegion
+from quadpips_drake.trajectory.ground_profile import ground_profile
 from quadpips_drake.trajectory.swing_trajectory import SwingConfig, SwingSpline
 
 P0, P1 = np.array([0.1, 0.2, 0.03]), np.array([0.45, 0.15, 0.13])
@@ -37,7 +39,6 @@ def test_apex_stands_over_the_chord(spline):
     offset = spline.position(np.linspace(1, 1.4, 101)) - P0
     height = np.linalg.norm(offset - np.outer(offset @ chord, chord), axis=1)
     assert 0.0799 < height.max() < 0.09
-    assert SwingSpline(P0, P1, 1.0, 1.4, 0.08, obstacle_height=0.05).position(1.2)[2] > spline.position(1.2)[2] + 0.04
 
 
 def test_step_in_place_goes_straight_up():
@@ -61,3 +62,47 @@ def test_configuration_is_checked():
         SwingConfig(touchdown_velocity=0.1)
     planned = SwingSpline.plan(1.0, 1.4, P0, P1, SLOPE)
     np.testing.assert_allclose(planned.position(1.3), SwingSpline(P0, P1, 1.0, 1.4, n1=SLOPE).position(1.3))
+
+
+def square_region(center, half=0.15):
+    corners = half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    pose = np.eye(4)
+    pose[:3, 3] = center
+    return PlanarRegion(0, pose, corners, corners)
+
+
+def test_ground_profile_follows_regions_and_expects_steps():
+    radius, low, high = 0.03, square_region([0.0, 0.0, 0.0]), square_region([0.35, 0.0, 0.1])
+    p0, p1 = np.array([0.0, 0.0, radius]), np.array([0.35, 0.0, 0.1 + radius])
+    known = ground_profile(p0, p1, (low, high), radius)
+    parts = np.linspace(0.0, 1.0, len(known))
+    edge = (0.35 - 0.15 - radius) / 0.35
+    np.testing.assert_allclose(known[parts < edge - 0.05], radius)
+    np.testing.assert_allclose(known[parts > edge + 0.05], 0.1 + radius)
+    expected = ground_profile(p0, p1)
+    assert expected[0] == p0[2] and (expected[parts > 0.3] == p1[2]).all()
+    np.testing.assert_allclose(ground_profile(p1, p0), expected[::-1])
+    slope = ground_profile(p0, p0 + np.array([0.3, 0.0, 0.015]))
+    np.testing.assert_allclose(slope, p0[2] + 0.015 * parts)
+
+
+@pytest.mark.parametrize("rise", [-0.15, -0.1, 0.1, 0.15])
+@pytest.mark.parametrize("edge", [0.15, 0.3, 0.5, 0.7, 0.85])
+def test_swings_clear_the_edges_of_steps(rise, edge):
+    p1 = P0 + np.array([0.3, 0.0, rise])
+    parts = np.linspace(0.0, 1.0, 25)
+    profile = P0[2] + rise * (parts >= edge)
+    spline = SwingSpline(P0, p1, 0.0, 0.4, profile=profile)
+    path = spline.position(np.linspace(0.0, 0.4, 200))
+    ground = P0[2] + rise * (path[:, 0] > P0[0] + 0.3 * edge)
+    assert (path[:, 2] - ground).min() > -0.002
+    over_edge = np.abs(path[:, 0] - P0[0] - 0.3 * edge) < 0.01
+    assert path[over_edge, 2].min() > max(P0[2], p1[2]) + 0.005
+    assert path[:, 2].max() < max(P0[2], p1[2]) + 0.2
+
+
+def test_level_ground_does_not_change_a_swing(spline):
+    level = P0 + np.array([0.3, 0.1, 0.0])
+    plain, checked = (SwingSpline(P0, level, 0.0, 0.4, profile=profile) for profile in (None, np.full(25, P0[2])))
+    times = np.linspace(0.0, 0.4, 50)
+    np.testing.assert_array_equal(plain.sample(times), checked.sample(times))

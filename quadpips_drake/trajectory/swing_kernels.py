@@ -1,0 +1,130 @@
+"""Two quintic pieces over an apex: their coefficients, their values, and an apex that clears the ground; in numba."""
+
+import numpy as np
+from numba import njit
+
+_MIN_HORIZONTAL = 0.01
+"""Below this horizontal distance [m] the apex lies straight above."""
+APEX_PART = 0.6
+"""Part of the chord that is behind the foot at half time: it lands more slowly than it leaves."""
+_OTHER_PARTS = (0.45, 0.3, 0.75)
+"""Where else the apex may be to clear an edge close to one end."""
+_HEIGHT_STEP = 0.01
+"""[m]"""
+_TESTED = 40
+"""Points of a swing that are held against the ground [1]."""
+_FLAT_END = 0.25
+"""The wanted clearance fades, as a parabola, within this part of the swing from both ends [1]."""
+
+
+@njit(cache=True)
+def _apex(p0, p1, duration, height, part):
+    """Returns position and velocity at half time, (2, 3)."""
+    out = np.zeros((2, 3))
+    chord = p1 - p0
+    horizontal = np.hypot(chord[0], chord[1])
+    if horizontal < _MIN_HORIZONTAL:
+        out[0] = 0.5 * (p0 + p1)
+        out[0, 2] = max(p0[2], p1[2]) + height
+        return out
+    length = np.hypot(horizontal, chord[2])
+    # Perpendicular to the chord in the vertical plane that holds it, pointing up.
+    raised = np.array([-chord[2] * chord[0] / horizontal, -chord[2] * chord[1] / horizontal, horizontal]) / length
+    out[0] = p0 + part * chord + height * raised
+    # Slower where one half of the way is short, or the foot would have to back up for it.
+    out[1] = min(2.0, 5.0 * part, 5.0 * (1.0 - part)) * chord / duration
+    return out
+
+
+@njit(cache=True)
+def _quintic(p0, v0, p1, v1, duration, out):
+    """Coefficients (6, 3), constant first, of the quintic with these end points and velocities and no end acceleration."""
+    t = duration
+    for i in range(3):
+        d = p1[i] - p0[i]
+        out[0, i], out[1, i], out[2, i] = p0[i], v0[i], 0.0
+        out[3, i] = (10 * d - (6 * v0[i] + 4 * v1[i]) * t) / t**3
+        out[4, i] = (-15 * d + (8 * v0[i] + 7 * v1[i]) * t) / t**4
+        out[5, i] = (6 * d - 3 * (v0[i] + v1[i]) * t) / t**5
+
+
+@njit(cache=True)
+def swing_pieces(p0, v0, p1, v1, duration, height, part):
+    """Coefficients (2, 6, 3) of both pieces of a swing with its apex ``height`` [m] over that part of the chord."""
+    middle = _apex(p0, p1, duration, height, part)
+    coefficients = np.empty((2, 6, 3))
+    _quintic(p0, v0, middle[0], middle[1], 0.5 * duration, coefficients[0])
+    _quintic(middle[0], middle[1], p1, v1, 0.5 * duration, coefficients[1])
+    return coefficients
+
+
+@njit(cache=True)
+def evaluate_swing(coefficients, half, start, end, p0, p1, t, out):
+    """Writes position, velocity and acceleration at ``t`` into out (3, 3); at rest outside of the swing."""
+    if t <= start or t >= end:
+        out[:] = 0.0
+        out[0] = p0 if t <= start else p1
+        return
+    s = t - start
+    piece = 0
+    if s >= half:
+        piece, s = 1, s - half
+    for i in range(3):
+        c = coefficients[piece, :, i]
+        out[0, i] = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
+        out[1, i] = c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5])))
+        out[2, i] = 2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]))
+
+
+@njit(cache=True)
+def sample_swing(coefficients, half, start, end, p0, p1, times):
+    """Position, velocity, acceleration at several times, (n, 3, 3)."""
+    out = np.empty((len(times), 3, 3))
+    for k in range(len(times)):
+        evaluate_swing(coefficients, half, start, end, p0, p1, times[k], out[k])
+    return out
+
+
+@njit(cache=True)
+def least_clearance(coefficients, duration, p0, p1, profile, clearance):
+    """Smallest height over the ground profile, less the wanted clearance (which fades towards both ends) [m]."""
+    chord = p1 - p0
+    horizontal2 = chord[0] * chord[0] + chord[1] * chord[1]
+    point = np.empty((3, 3))
+    least, last = np.inf, len(profile) - 1
+    for k in range(1, _TESTED):
+        phase = k / _TESTED
+        evaluate_swing(coefficients, 0.5 * duration, 0.0, duration, p0, p1, phase * duration, point)
+        part = phase
+        if horizontal2 > _MIN_HORIZONTAL**2:
+            part = ((point[0, 0] - p0[0]) * chord[0] + (point[0, 1] - p0[1]) * chord[1]) / horizontal2
+        position = min(max(part, 0.0), 1.0) * last
+        i = int(position)
+        ground = max(profile[i], profile[min(i + 1, last)])
+        if i == position:
+            ground = profile[i]
+        wanted = clearance * min(1.0, phase / _FLAT_END, (1.0 - phase) / _FLAT_END) ** 2
+        least = min(least, point[0, 2] - ground - wanted)
+    return least
+
+
+@njit(cache=True)
+def clearing_pieces(p0, v0, p1, v1, duration, height, profile, clearance, max_rise):
+    """As ``swing_pieces``, with the lowest apex that clears the profile; the best one there is when none does.
+
+    Between apexes of the same height the usual place is preferred.
+    """
+    best = swing_pieces(p0, v0, p1, v1, duration, height, APEX_PART)
+    best_clearance = least_clearance(best, duration, p0, p1, profile, clearance)
+    rise = 0.0
+    while best_clearance < 0.0 and rise <= max_rise + 1e-9:
+        for option in range(1 + len(_OTHER_PARTS)):
+            part = APEX_PART if option == 0 else _OTHER_PARTS[option - 1]
+            pieces = swing_pieces(p0, v0, p1, v1, duration, height + rise, part)
+            found = least_clearance(pieces, duration, p0, p1, profile, clearance)
+            if found > best_clearance:
+                best, best_clearance = pieces, found
+            if best_clearance >= 0.0:
+                break
+        rise += _HEIGHT_STEP
+    return best
