@@ -6,7 +6,13 @@ import pytest
 from quadpips_drake.planning.foothold_config import FootholdConfig
 from quadpips_drake.planning.nominal_pose import base_pose_above, rotation_from_rpy, to_frame, wrap_angle
 from quadpips_drake.planning.region_table import foothold_near, make_region_table
-from quadpips_drake.planning.stance_transitions import cost_rate, distance_to_go, make_transition_model, pose_of_stance_legs
+from quadpips_drake.planning.stance_transitions import (
+    cost_rate,
+    distance_to_go,
+    make_transition_model,
+    pose_of_stance_legs,
+    support_distance,
+)
 from quadpips_drake.robots.legs import Leg
 from quadpips_drake.robots.reachability import in_leg_workspace, inside_superquadric, leg_chains
 from quadpips_drake.robots.robot_model import load_robot
@@ -109,3 +115,22 @@ def test_transition_model_has_one_type_for_all_settings():
     first = make_transition_model(robot, FootholdConfig())
     second = make_transition_model(robot, FootholdConfig(max_swing=1, candidate="center"))
     assert [type(value) for value in first] == [type(value) for value in second]
+
+
+FEET = np.array([[0.4, 0.2, 0.0], [0.4, -0.2, 0.0], [-0.4, 0.2, 0.0], [-0.4, -0.2, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("swinging", "point", "expected"),
+    [
+        ((1, 2), (0.0, 0.0), 0.0),  # on the diagonal LF-RH
+        ((1, 2), (-0.2, 0.4), 0.2 * np.sqrt(5.0)),  # square to it
+        ((1, 2), (0.6, 0.2), 0.2),  # beyond its end
+        ((2,), (0.0, -0.1), 0.0),  # inside the triangle of the other three
+        ((2,), (0.0, 0.2), 0.4 / np.sqrt(5.0)),  # outside, beside the diagonal
+        ((0,), (0.1, 0.0), 0.1 / np.sqrt(5.0)),
+    ],
+)
+def test_support_distance(swinging, point, expected):
+    flags = np.isin(np.arange(4), swinging)
+    assert support_distance(FEET, flags, *point) == pytest.approx(expected, abs=1e-12)
