@@ -5,7 +5,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import torch
 
 from quadpips_drake.learning.dataset import Frames, decode_depth, write_json
 from quadpips_drake.learning.label_pictures import save_picture, sheet_of_frames, stack_sheets
@@ -63,15 +62,12 @@ def score(model: SteppabilityModel, frames: Frames, on_frame: Callable[[int], No
 
 def inference_time(model: SteppabilityModel, frames: Frames) -> float:
     """Returns the median time [s] from depth to labels of one image, on one thread."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
     times = []
     for i in range(TIMED):
         depth = decode_depth(frames.depth[i % len(frames)])
         started = time.perf_counter()
         model.segment(depth, frames.down_C[i % len(frames)], frames.intrinsics)
         times.append(time.perf_counter() - started)
-    torch.set_num_threads(threads)
     return float(np.median(times))
 
 

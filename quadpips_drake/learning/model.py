@@ -4,6 +4,7 @@ import dataclasses
 import json
 import pickle
 import zipfile
+from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
 
@@ -54,8 +55,19 @@ class SteppabilityModel:
     def classify(self, features: np.ndarray) -> np.ndarray:
         """Returns the likeliest class of every pixel as Steppability, uint8 (n, height, width)."""
         batch = torch.from_numpy(features).to(memory_format=torch.channels_last)
-        with torch.inference_mode():
+        with torch.inference_mode(), _one_thread():
             return self.network(batch).argmax(dim=1).to(torch.uint8).numpy() + np.uint8(1)
+
+
+@contextmanager
+def _one_thread():
+    """Keeps torch to the calling thread: beside a simulation, threads that wait for each other cost more than they bring."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
 
 
 def save_model(directory: Path, network: SteppabilityNetwork, card: dict) -> None:
@@ -87,7 +99,7 @@ def _read_model(directory: Path) -> SteppabilityModel:
         missing = Path(error.filename or directory).name
         raise UserInputError(f"model {directory}: cannot read {missing}; {advice}") from None
     except UserInputError as error:
-        raise UserInputError(f"model {directory}: {error}") from None
+        raise UserInputError(f"model {directory}: {error}; {advice}") from None
     except (ValueError, KeyError, TypeError, RuntimeError, EOFError, pickle.UnpicklingError, zipfile.BadZipFile):
         raise UserInputError(f"model {directory}: {CARD} and {WEIGHTS} are damaged or do not fit; {advice}") from None
     return SteppabilityModel(network, card)
