@@ -1,5 +1,6 @@
 """VelocityReference: walking by velocity command, without a planner."""
 
+import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
@@ -7,6 +8,7 @@ from quadpips_drake.control.gaits import load_gait
 from quadpips_drake.control.reference_publisher import no_reference
 from quadpips_drake.control.standing import standing_state
 from quadpips_drake.control.velocity_reference import STANCE, VelocityReferenceConfig, VelocityWalk, WalkMemory
+from quadpips_drake.robots.safety_status import STABLE
 
 
 class VelocityReference(LeafSystem):
@@ -23,12 +25,15 @@ class VelocityReference(LeafSystem):
         - robot_state
         - velocity_command
         - gait
+        - safety_status (optional)
         output_ports:
         - reference
 
     - robot_state: RobotState, frame W.
     - velocity_command: vector (3,): forward, left [m/s], yaw rate [rad/s] in the heading frame of the robot.
     - gait: str, name of the gait to walk in; it may change at any time. "stance": slow down, step once on the spot, stand.
+    - safety_status (optional): SafetyStatus; while it is unstable the robot is to stand where it is; then the walk begins
+      anew from there.
     - reference: WholeBodyReference in absolute time, frame W, from now over the configured horizon; without samples before
       the first update. Updated at 1 / ``period``.
     """
@@ -40,6 +45,7 @@ class VelocityReference(LeafSystem):
         self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(standing_state(robot)))
         self._command = self.DeclareVectorInputPort("velocity_command", 3)
         self._gait = self.DeclareAbstractInputPort("gait", AbstractValue.Make(STANCE))
+        self._safety = self.DeclareAbstractInputPort("safety_status", AbstractValue.Make(STABLE))
         self._state = self.DeclareAbstractState(AbstractValue.Make(WalkMemory.empty()))
         self.DeclareInitializationUnrestrictedUpdateEvent(self._update)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, period, self._update)
@@ -54,7 +60,8 @@ class VelocityReference(LeafSystem):
         return context.get_abstract_state(int(self._state)).get_value()
 
     def _update(self, context, state):
-        gait = load_gait(self._gait.Eval(context))
-        inputs = self._robot_state.Eval(context), self._command.Eval(context)
-        memory = self._walk.update(self._memory(context), *inputs, gait)
+        gait, command, memory = self._gait.Eval(context), self._command.Eval(context), self._memory(context)
+        if self._safety.HasValue(context) and self._safety.Eval(context).unstable:
+            gait, command, memory = STANCE, np.zeros(3), WalkMemory.empty()
+        memory = self._walk.update(memory, self._robot_state.Eval(context), command, load_gait(gait))
         state.get_mutable_abstract_state(int(self._state)).set_value(memory)
