@@ -46,8 +46,10 @@ class VelocityReferenceConfig:
     """Largest distance of the reference from the robot [m]."""
     yaw_leash: float = 0.2
     """[rad]"""
-    velocity_feedback: float = 0.5
+    velocity_feedback: float = 1.0
     """Raibert's correction of footholds, as part of sqrt(height / gravity) [1]."""
+    foothold_anchor: float = 1.0
+    """Below what feet are placed: 1 the measured base, 0 its reference, and anything in between [1]."""
     max_correction: float = 0.15
     """Largest correction of a foothold [m]."""
     max_stride_ratio: float = 0.45
@@ -107,9 +109,10 @@ class WalkMemory(ImmutableValue):
 class VelocityWalk:
     """Rolling reference: the base moves with the command, feet come down where Raibert's rule wants them.
 
-    A foot is placed where its nominal foothold lies below the reference base in the middle of the coming stance, plus
-    k sqrt(h / g) (v - v_ref) (M. Raibert, Legged Robots That Balance, 1986), on the plane through the points where the feet
-    touched the ground last. The base follows the inclination of that plane.
+    A foot is placed where its nominal foothold will lie in the middle of the coming stance, below a base that goes on as
+    commanded from where it is, plus k sqrt(h / g) (v - v_ref) (M. Raibert, Legged Robots That Balance, 1986; k = 1 is the
+    capture point of the linear inverted pendulum), on the plane through the points where the feet touched the ground last.
+    The base follows the inclination of that plane.
     """
 
     def __init__(self, robot, config: VelocityReferenceConfig | None = None):
@@ -157,7 +160,7 @@ class VelocityWalk:
         return WalkMemory(state.stamp, pose, np.zeros(3), memory.timeline, touched, ground, state.stamp)
 
     def _timeline(self, memory: WalkMemory, gait: Gait, now: float) -> GaitTimeline:
-        """The timeline with the wanted gait; to stop, the robot first steps on the spot for a cycle, which orders its feet."""
+        """The timeline with the wanted gait; before a stop the robot steps on the spot for a cycle, to order its feet."""
         c = self._config
         timeline = memory.timeline
         if gait.name == timeline.gait.name:
@@ -222,6 +225,8 @@ class VelocityWalk:
         correction = c.velocity_feedback * np.sqrt(self._height / GRAVITY) * drift
         correction = correction * min(1.0, c.max_correction / max(np.sqrt(correction @ correction), 1e-9))
         normal = ground.normal
+        pose = pose.copy()
+        pose[:2] += c.foothold_anchor * (state.p_WB[:2] - pose[:2])
         targets = []
         for leg in Leg:
             swings = schedule.swings(leg)

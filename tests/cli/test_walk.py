@@ -1,0 +1,77 @@
+"""``quadpips walk``: what is refused and how; what a short walk leaves behind."""
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.cli.test_run import quadpips
+
+BAD_INPUT = [
+    (["--robot", "spot"], ["unknown robot 'spot'", "anymal_c, go2"]),
+    (["--gait", "gallop"], ["unknown gait 'gallop'", "trot", "static_walk", "flying_trot"]),
+    (["--terrain", "moon"], ["unknown terrain 'moon'", "bumps", "slope"]),
+    (["--velocity", "0.3"], ["--velocity '0.3'", "VX,VY,WZ"]),
+    (["--velocity", "fast,0,0"], ["--velocity", "VX,VY,WZ"]),
+    (["--push", "100,0,0"], ["--push '100,0,0'", "N,E,W,T0,DT"]),
+    (["--push", "100,0,0,1,0"], ["push", "duration > 0"]),
+    (["--duration", "-1"], ["duration must be"]),
+    (["--start", "100,0,0"], ["start", "off the terrain"]),
+    (["--set", "stages.station.model_error.friction=-1"], ["friction"]),
+    (["--set", "stages.planning=1"], ["stages.planning"]),
+    (["--set", "changes=[{time: 3, gait: gallop}]"], ["unknown gait 'gallop'"]),
+]
+
+
+@pytest.mark.parametrize(("arguments", "parts"), BAD_INPUT, ids=lambda value: " ".join(value))
+def test_bad_input_ends_with_one_line_and_status_2(arguments, parts, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("quadpips_drake.benchmark.simulated_trial.Simulator", None)  # refused before anything is simulated
+    status, _, errors = quadpips("walk", "--no-recording", *arguments)
+    lines = [line for line in errors.splitlines() if line.strip() and not line.startswith("building")]
+    assert status == 2, errors
+    assert len(lines) == 1, errors
+    assert lines[0].startswith("error: ")
+    for part in parts:
+        assert part in lines[0]
+
+
+def test_a_short_walk_leaves_its_files(tmp_path):
+    arguments = [
+        "--robot",
+        "go2",
+        "--velocity",
+        "0.2,0,0",
+        "--duration",
+        "1.2",
+        "--push",
+        "5,0,0,0.8,0.1",
+        "--out",
+        tmp_path,
+    ]
+    status, output, _ = quadpips("walk", *arguments)
+    assert status == 0
+    assert "success: upright after 1.2 s" in output
+    assert {path.name for path in tmp_path.iterdir()} == {"result.json", "recording.html", "config.yaml", "log.npz"}
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert result["success"]
+    assert (result["reason"], result["robot"], result["terrain"]) == ("upright", "go2", "flat")
+    assert result["walk"]["commands"][0]["velocity"] == [0.2, 0.0, 0.0]
+    assert result["walk"]["max_tilt"] < 0.1
+    assert result["fallbacks"] == {"mpc": 0, "wbc": 0}
+    config = yaml.safe_load((tmp_path / "config.yaml").read_text())
+    assert config["gait"] == "trot"
+    assert config["pushes"][0]["force"] == [5.0, 0.0, 0.0]
+    with np.load(tmp_path / "log.npz") as log:
+        pushed = log["time"][log["push"][:, 0] > 0]
+        assert pushed.min() == pytest.approx(0.8)
+        assert pushed.max() == pytest.approx(0.89)
+
+
+def test_a_saved_walk_can_be_walked_again(tmp_path):
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text("robot: go2\ngait: gallop\n")
+    status, _, errors = quadpips("walk", scenario)
+    assert status == 2
+    assert "unknown gait 'gallop'" in errors
