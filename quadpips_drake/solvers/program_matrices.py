@@ -34,10 +34,13 @@ class _ScatteredMatrix:
         indptr = np.searchsorted(columns[order][first], np.arange(shape[1] + 1)).astype(np.int32)
         self.matrix = sp.csc_matrix((np.zeros(len(indices)), indices, indptr), shape=shape)
         self._unique = len(indices) == len(keys)
+        self._in_order = self._unique and np.array_equal(self._slots, np.arange(len(keys)))
 
     def fill(self, values):
         data = self.matrix.data
-        if self._unique:
+        if self._in_order:
+            data[:] = values
+        elif self._unique:
             data[self._slots] = values
         elif len(values):
             data[:] = np.bincount(self._slots, weights=values, minlength=len(data))
@@ -64,6 +67,7 @@ class ProgramMatrices:
         # Ids are compared to recognise the program; holding the evaluators keeps these ids from being given to others.
         self._signature = self.signature_of(prog)
         self._build_hessian_pattern()
+        self._linear_slots = _joined([np.asarray(v) for v in self._quadratic_vars + self._linear_vars], int)
         self._patterns = None
         self._equality_rows = None
         self.refill()
@@ -106,8 +110,9 @@ class ProgramMatrices:
         if changed:
             self._build_constraint_patterns(matrices, equality_rows, fixed)
         values = _joined([matrix.data for matrix in matrices], float)
-        self._equalities.fill(np.concatenate((values[self._to_equalities], np.ones(self._fixed.sum()))))
-        self._inequalities.fill(values[~self._to_equalities])
+        ones = np.ones(self._num_fixed)
+        self._equalities.fill(np.concatenate((values[self._equality_entries], ones)))
+        self._inequalities.fill(values[self._inequality_entries])
         self.b = np.concatenate((lower[equality_rows], self.x_l[fixed]))
         self.h_l, self.h_u = lower[~equality_rows], upper[~equality_rows]
         self.x_l[fixed], self.x_u[fixed] = -np.inf, np.inf
@@ -116,11 +121,11 @@ class ProgramMatrices:
     def _fill_cost(self):
         values = _joined([e.Q().ravel()[upper] for e, upper in zip(self._quadratics, self._upper, strict=True)], float)
         self._hessian.fill(values * self._all_factors if self._repeated else values)
-        self.c = np.zeros(self.num_vars)
-        for evaluator, indices in zip(self._quadratics, self._quadratic_vars, strict=True):
-            np.add.at(self.c, indices, evaluator.b())
-        for evaluator, indices in zip(self._linears, self._linear_vars, strict=True):
-            np.add.at(self.c, indices, evaluator.a())
+        linear = [evaluator.b() for evaluator in self._quadratics] + [evaluator.a() for evaluator in self._linears]
+        if linear:
+            self.c = np.bincount(self._linear_slots, weights=np.concatenate(linear), minlength=self.num_vars)
+        else:
+            self.c = np.zeros(self.num_vars)
 
     def _box_bounds(self):
         lower, upper = np.full(self.num_vars, -np.inf), np.full(self.num_vars, np.inf)
@@ -152,17 +157,19 @@ class ProgramMatrices:
             columns.append(np.repeat(np.asarray(indices), np.diff(matrix.indptr)))
             offset += matrix.shape[0]
         rows, columns = _joined(rows, int), _joined(columns, int)
-        self._to_equalities = equality_rows[rows]
+        to_equalities = equality_rows[rows]
+        self._equality_entries, self._inequality_entries = _selection(to_equalities), _selection(~to_equalities)
         new_row = np.where(equality_rows, np.cumsum(equality_rows), np.cumsum(~equality_rows)) - 1
         num_equalities, num_fixed = int(equality_rows.sum()), int(fixed.sum())
+        self._num_fixed = num_fixed
         self._equalities = _ScatteredMatrix(
-            np.concatenate((new_row[rows[self._to_equalities]], num_equalities + np.arange(num_fixed))),
-            np.concatenate((columns[self._to_equalities], np.flatnonzero(fixed))),
+            np.concatenate((new_row[rows[to_equalities]], num_equalities + np.arange(num_fixed))),
+            np.concatenate((columns[to_equalities], np.flatnonzero(fixed))),
             (num_equalities + num_fixed, self.num_vars),
         )
         self._inequalities = _ScatteredMatrix(
-            new_row[rows[~self._to_equalities]],
-            columns[~self._to_equalities],
+            new_row[rows[~to_equalities]],
+            columns[~to_equalities],
             (int((~equality_rows).sum()), self.num_vars),
         )
         self.A, self.G = self._equalities.matrix, self._inequalities.matrix
@@ -171,6 +178,16 @@ class ProgramMatrices:
         """Value of the cost at ``x``, constants left out."""
         upper = self.P @ x
         return float(x @ upper - 0.5 * (x * self.P.diagonal()) @ x + self.c @ x)
+
+
+def _selection(flags):
+    """What picks the flagged entries: a slice where they are neighbours (much the quickest), else their indices."""
+    indices = np.flatnonzero(flags)
+    if len(indices) == 0:
+        return slice(0, 0)
+    if indices[-1] - indices[0] + 1 == len(indices):
+        return slice(int(indices[0]), int(indices[-1]) + 1)
+    return indices
 
 
 def _joined(arrays, dtype):

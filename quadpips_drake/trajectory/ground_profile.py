@@ -4,6 +4,7 @@ import numpy as np
 
 SAMPLES = 25
 """Equal parts of the way [1]: 0 at lift-off, 1 at touch-down."""
+_PARTS = np.linspace(0.0, 1.0, SAMPLES)
 _STEP = 0.02
 """A height difference between both ends of more than this [m] is taken for a step, not for a slope."""
 _LATEST_EDGE = 0.25
@@ -22,15 +23,16 @@ def ground_profile(p0, p1, regions=(), foot_radius: float = 0.0) -> np.ndarray:
         foot_radius: [m].
     """
     p0, p1 = np.asarray(p0, dtype=float), np.asarray(p1, dtype=float)
-    parts = np.linspace(0.0, 1.0, SAMPLES)
-    points = p0[:2] + parts[:, None] * (p1 - p0)[:2]
+    if not regions:
+        return _expected(p0[2], p1[2], _PARTS)
+    points = p0[:2] + _PARTS[:, None] * (p1 - p0)[:2]
     profile = np.full(SAMPLES, -np.inf)
     for region in regions:
         covered, heights = _heights_over(region, points, foot_radius)
         profile[covered] = np.maximum(profile[covered], heights[covered])
     unknown = np.isneginf(profile)
     if unknown.any():
-        profile[unknown] = _expected(p0[2], p1[2], parts)[unknown]
+        profile[unknown] = _expected(p0[2], p1[2], _PARTS)[unknown]
     # The foot does stand at both ends, whatever the regions' planes say.
     profile[0], profile[-1] = p0[2], p1[2]
     return profile
