@@ -28,7 +28,7 @@ def make_perception_module(
     """Returns the diagram "perception".
 
     (DepthNoise ->) (SelfFilter ->) NormalEstimator -> LeggedEgocan -> SuperpixelSegmenter -> RegionExtractor; the first two
-    only as far as ``config`` enables them.
+    only as far as ``config`` enables them. If it enables the steppability, a SteppabilitySegmenter labels the same images.
 
     Args:
         robot: the one that carries the camera; with a changed camera pitch, the station's ``robot``.
@@ -41,7 +41,8 @@ def make_perception_module(
     Input ports:
         depth_image: ImageDepth32F of ``camera``, as the renderer made it.
         robot_state: abstract RobotState at the time of the image.
-        labels (optional): abstract LabelImage; without it all ground is of UNKNOWN steppability and judged by geometry.
+        labels (optional; not with the SteppabilitySegmenter): abstract LabelImage; without labels all ground is of UNKNOWN
+            steppability and judged by geometry.
 
     Output ports: affordance_image, egocan, superpixels, region_set; of the types named like them.
     """
@@ -68,7 +69,10 @@ def make_perception_module(
     for system in chain:
         if system.HasInputPort("robot_state"):
             builder.ConnectInput("robot_state", system.GetInputPort("robot_state"))
-    builder.ExportInput(normals.GetInputPort("labels"), "labels")
+    if config.steppability.enabled:
+        _add_segmenter(builder, filters, normals, robot.camera(camera).X_BC, intrinsics, config, timings)
+    else:
+        builder.ExportInput(normals.GetInputPort("labels"), "labels")
     builder.ExportOutput(normals.GetOutputPort("affordance_image"), "affordance_image")
     builder.ExportOutput(egocan.GetOutputPort("egocan"), "egocan")
     builder.ExportOutput(superpixels.GetOutputPort("superpixels"), "superpixels")
@@ -76,6 +80,21 @@ def make_perception_module(
     diagram = builder.Build()
     diagram.set_name("perception")
     return diagram
+
+
+def _add_segmenter(builder, filters, normals, X_BC, intrinsics, config, timings) -> None:
+    """Adds the network, which labels the images that ``normals`` sees, after the last of ``filters``."""
+    # Imported here, because torch takes its time.
+    from quadpips_drake.learning.steppability_segmenter_system import SteppabilitySegmenter
+
+    segmenter = SteppabilitySegmenter(X_BC, intrinsics, config.steppability, timings=timings)
+    builder.AddNamedSystem("steppability_segmenter", segmenter)
+    if filters:
+        builder.Connect(filters[-1].GetOutputPort("depth_image"), segmenter.GetInputPort("depth_image"))
+    else:
+        builder.ConnectInput("depth_image", segmenter.GetInputPort("depth_image"))
+    builder.ConnectInput("robot_state", segmenter.GetInputPort("robot_state"))
+    builder.Connect(segmenter.GetOutputPort("labels"), normals.GetInputPort("labels"))
 
 
 def _add_filters(builder, robot, intrinsics, config, timings, camera, seed) -> list:

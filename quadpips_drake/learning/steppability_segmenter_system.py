@@ -32,9 +32,10 @@ class SteppabilitySegmenter(LeafSystem):
         - labels
 
     - depth_image: ImageDepth32F (height, width) [m] in the optical frame C; 0, NaN and inf are invalid.
-    - robot_state: abstract RobotState, frame W, at the time of exposure; its roll and pitch give the direction of gravity.
+    - robot_state: abstract RobotState, frame W, at the time of exposure; its roll and pitch
+      give the direction of gravity.
     - labels: abstract LabelImage of the same size, 5 Hz; UNKNOWN where nothing was measured within 3 m; without a pixel
-      while the image has not the expected size or the attitude is not finite.
+      while the image has not the expected size or the pose is not finite. The depth image and X_WC come with it.
     """
 
     def __init__(
@@ -49,7 +50,7 @@ class SteppabilitySegmenter(LeafSystem):
         """``X_BC``: pose of the optical frame in the base frame, (4, 4). ``model``: by default what ``config`` names."""
         super().__init__()
         config = config or SteppabilityConfig()
-        self._R_BC = np.array(X_BC, float)[:3, :3]
+        self._X_BC = np.array(X_BC, float)
         self._intrinsics = intrinsics
         self._model = model or load_model(Path(config.model) if config.model else None)
         self._timings = timings or StageTimings()
@@ -63,7 +64,10 @@ class SteppabilitySegmenter(LeafSystem):
         depth = np.squeeze(self._depth_port.Eval(context).data, axis=2)
         state = self._state_port.Eval(context)
         with self._timings.measure("steppability"):
-            down_C = self._R_BC.T @ np.asarray(state.R_WB).T @ np.array([0.0, 0.0, -1.0])
-            if depth.shape != (self._intrinsics.height, self._intrinsics.width) or not np.isfinite(down_C).all():
+            X_WB = np.eye(4)
+            X_WB[:3, :3], X_WB[:3, 3] = state.R_WB, state.p_WB
+            X_WC = X_WB @ self._X_BC
+            if depth.shape != (self._intrinsics.height, self._intrinsics.width) or not np.isfinite(X_WC).all():
                 return LabelImage.empty()
-            return LabelImage(state.stamp, self._model.segment(depth, down_C, self._intrinsics))
+            labels = self._model.segment(depth, -X_WC[2, :3], self._intrinsics)
+            return LabelImage(state.stamp, labels, np.array(depth), X_WC)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from quadpips_drake.perception.egocan import EgocanConfig
 from quadpips_drake.perception.normals import NormalConfig
 from quadpips_drake.perception.region_extraction import RegionConfig
+from quadpips_drake.perception.steppability_config import SteppabilityConfig
 from quadpips_drake.perception.superpixels import SuperpixelConfig
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
 from quadpips_drake.sensing.self_filter import SelfFilterConfig
@@ -17,6 +18,7 @@ class PerceptionConfig:
     depth_noise: DepthNoiseConfig = field(default_factory=DepthNoiseConfig)
     self_filter: SelfFilterConfig = field(default_factory=SelfFilterConfig)
     normals: NormalConfig = field(default_factory=NormalConfig)
+    steppability: SteppabilityConfig = field(default_factory=SteppabilityConfig)
     egocan: EgocanConfig = field(default_factory=EgocanConfig)
     superpixels: SuperpixelConfig = field(default_factory=SuperpixelConfig)
     regions: RegionConfig = field(default_factory=RegionConfig)

@@ -45,6 +45,10 @@ class LabelImage(ImmutableValue):
     """Time of exposure of the depth image that was labelled [s]."""
     labels: np.ndarray
     """Values of terrain.steppability.Steppability, uint8 (height, width)."""
+    depth: np.ndarray | None = None
+    """The depth image that was labelled [m], float32 (height, width); None if it is not at hand."""
+    X_WC: np.ndarray | None = None
+    """Pose of the optical frame C in the world at that time, (4, 4); None if it is not at hand."""
 
     @staticmethod
     def empty() -> "LabelImage":

@@ -6,6 +6,7 @@ from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageDepth32F
 
 from quadpips_drake.perception.images import AffordanceImage, LabelImage
+from quadpips_drake.perception.label_transfer import transfer_labels
 from quadpips_drake.perception.normals import NormalConfig, clean_depth, estimate_normals
 from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.robots.robot_state import RobotState
@@ -33,7 +34,8 @@ class NormalEstimator(LeafSystem):
     - depth_image: ImageDepth32F (height, width) [m] in the optical frame C; 0, NaN and inf are invalid. +inf means that the
       nearest surface is out of range.
     - robot_state: abstract RobotState, frame W, at the time of exposure.
-    - labels: abstract LabelImage of the same size; any other size, or none at all, makes every pixel UNKNOWN.
+    - labels: abstract LabelImage of the same size, at this time or before; its labels follow the points into this image.
+      Any other size, or none at all, makes every pixel UNKNOWN.
     - affordance_image: abstract AffordanceImage in C; NaN where invalid, +inf kept in the depth where nothing is in range;
       without a pixel when the image has not the expected size or the pose is not finite.
     """
@@ -65,7 +67,7 @@ class NormalEstimator(LeafSystem):
 
     def _calc_affordance_image(self, context, output):
         depth = np.squeeze(self._depth_port.Eval(context).data, axis=2)
-        labels = self._label_port.Eval(context).labels if self._label_port.HasValue(context) else None
+        labels = self._label_port.Eval(context) if self._label_port.HasValue(context) else None
         with self._timings.measure("normals"):
             image = make_affordance_image(
                 depth, self._state_port.Eval(context), self._X_BC, self._intrinsics, self._config, labels
@@ -79,10 +81,11 @@ def make_affordance_image(
     X_BC: np.ndarray,
     intrinsics: CameraIntrinsics,
     config: NormalConfig,
-    labels: np.ndarray | None = None,
+    labelled: LabelImage | None = None,
 ) -> AffordanceImage:
     """Returns the affordance image of one ``depth`` image [m], (height, width), taken in robot ``state``.
 
+    ``labelled``: labels of this image or of an older one of the same camera; see perception.label_transfer.
     Depth +inf ("further than the sensor's range") stays in the image: it is evidence of free space.
     """
     X_WB = np.eye(4)
@@ -92,9 +95,11 @@ def make_affordance_image(
     shape = (intrinsics.height, intrinsics.width)
     if depth.shape != shape or not np.all(np.isfinite(X_WC)):
         return AffordanceImage.empty()
-    if labels is None or labels.shape != shape:
-        labels = np.full(shape, Steppability.UNKNOWN, np.uint8)
     cleaned = clean_depth(depth, config)
+    if labelled is None:
+        labels = np.full(shape, Steppability.UNKNOWN, np.uint8)
+    else:
+        labels = transfer_labels(cleaned, X_WC, intrinsics, labelled)
     normals = estimate_normals(cleaned, intrinsics, config)
     with np.errstate(invalid="ignore"):
         cleaned[depth > config.max_range] = np.inf

@@ -1,0 +1,72 @@
+"""Carries labels from the image they were predicted for to a later image: stale labels ride along with the points.
+
+The network labels five images a second (QuadPiPS section IV), the egocan takes in more. A point of the newer image gets the
+label that the same point of the world had in the labelled image.
+"""
+
+import numpy as np
+from numba import njit
+
+from quadpips_drake.perception.images import LabelImage
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.terrain.steppability import Steppability
+
+_TOLERANCE = 0.02
+"""Largest difference of depth at which two measurements are the same point [m] ..."""
+_RELATIVE_TOLERANCE = 0.03
+"""... plus this share of the depth."""
+
+
+def transfer_labels(depth: np.ndarray, X_WC: np.ndarray, intrinsics: CameraIntrinsics, labelled: LabelImage) -> np.ndarray:
+    """Returns Steppability for each pixel of ``depth``, uint8 (height, width); UNKNOWN where the labelled image knows none.
+
+    Args:
+        depth: of the newer image [m], (height, width); NaN, inf and 0 are invalid.
+        X_WC: pose of its optical frame, (4, 4).
+        intrinsics: of both images.
+        labelled: an older image of the same camera. Without ``depth`` and ``X_WC`` of its own its labels are taken pixel by
+            pixel, as if the camera stood still.
+    """
+    if labelled.labels.shape != depth.shape:
+        return np.full(depth.shape, Steppability.UNKNOWN, np.uint8)
+    if labelled.X_WC is None or labelled.depth is None:
+        return np.array(labelled.labels)
+    X_LC = np.linalg.inv(labelled.X_WC) @ X_WC
+    if not np.isfinite(X_LC).all() or labelled.depth.shape != depth.shape:
+        return np.full(depth.shape, Steppability.UNKNOWN, np.uint8)
+    result = np.zeros(depth.shape, np.uint8)
+    k = intrinsics
+    camera = np.array([k.fx, k.fy, k.cx, k.cy], np.float32)
+    _transfer(
+        np.ascontiguousarray(depth, np.float32),
+        X_LC.astype(np.float32),
+        camera,
+        np.ascontiguousarray(labelled.depth, np.float32),
+        np.ascontiguousarray(labelled.labels),
+        result,
+    )
+    return result
+
+
+@njit(cache=True)
+def _transfer(depth, X_LC, camera, old_depth, old_labels, result):
+    """Looks each point up in the older image; ``X_LC`` leads from the newer optical frame to the older one."""
+    height, width = depth.shape
+    fx, fy, cx, cy = camera
+    for v in range(height):
+        ray_y = (v - cy) / fy
+        for u in range(width):
+            z = depth[v, u]
+            if not (z > 0.0 and z < 1e3):
+                continue
+            x, y = z * (u - cx) / fx, z * ray_y
+            z_old = X_LC[2, 0] * x + X_LC[2, 1] * y + X_LC[2, 2] * z + X_LC[2, 3]
+            if z_old <= 1e-3:
+                continue
+            column = (X_LC[0, 0] * x + X_LC[0, 1] * y + X_LC[0, 2] * z + X_LC[0, 3]) * fx / z_old + cx
+            row = (X_LC[1, 0] * x + X_LC[1, 1] * y + X_LC[1, 2] * z + X_LC[1, 3]) * fy / z_old + cy
+            if not (-0.5 <= column < width - 0.5 and -0.5 <= row < height - 0.5):
+                continue
+            j, i = int(column + 0.5), int(row + 0.5)
+            if abs(old_depth[i, j] - z_old) <= _TOLERANCE + _RELATIVE_TOLERANCE * z_old:
+                result[v, u] = old_labels[i, j]
