@@ -57,7 +57,10 @@ class DenseQp:
         self._qp.settings.eps_abs = tolerance
         self._qp.settings.eps_rel = 0.0
         self._qp.settings.max_iter = max_iterations
-        self._qp.settings.initial_guess = proxqp.InitialGuess.WARM_START
+        # Small residuals alone say little: multipliers of constraints that are far from active keep them small, too.
+        self._qp.settings.check_duality_gap = True
+        self._qp.settings.eps_duality_gap_abs = 10.0 * tolerance
+        self._qp.settings.eps_duality_gap_rel = 0.0
         self._initialised = False
         _alive.add(self)
 
@@ -77,10 +80,13 @@ class DenseQp:
             # Without a preconditioner: it takes three times as long as the solution, and the caller scales the problem.
             qp.init(H, g, A, b, C, lower, upper, False)
             self._initialised = True
+        guess = proxqp.InitialGuess
         if warm is not None:
+            qp.settings.initial_guess = guess.WARM_START
             qp.solve(warm.x, warm.y, warm.z)
         else:
-            qp.solve(np.zeros(n), np.zeros(n_eq), np.zeros(n_in))
+            qp.settings.initial_guess = guess.EQUALITY_CONSTRAINED_INITIAL_GUESS
+            qp.solve()
         info = qp.results.info
         solved = info.status == proxqp.PROXQP_SOLVED
         return QpSolution(
