@@ -117,7 +117,7 @@ class WalkObservation:
     foot_modes: np.ndarray
     """FootMode of each foot, int (4,)."""
     fallbacks: dict
-    """How often each controller had to fall back so far."""
+    """How often each controller had to fall back so far, and the safety monitor's events."""
 
 
 class Walk(Diagram):
