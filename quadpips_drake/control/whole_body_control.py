@@ -9,8 +9,9 @@ from quadpips_drake.control import whole_body_tasks as tasks
 from quadpips_drake.control.contact_logic import FootMode, foot_targets
 from quadpips_drake.control.mpc_policy import MpcPolicy
 from quadpips_drake.control.robot_dynamics import RobotDynamics
+from quadpips_drake.control.whole_body_assembly import WeightedAssembly
 from quadpips_drake.control.whole_body_config import WbcConfig
-from quadpips_drake.control.whole_body_methods import WholeBodyProgram, make_method
+from quadpips_drake.control.whole_body_methods import MethodSolution, WholeBodyProgram, make_method
 from quadpips_drake.control.whole_body_targets import base_acceleration, joint_targets, redistributed
 from quadpips_drake.robots.legs import NUM_JOINTS, NUM_LEGS
 from quadpips_drake.robots.robot_state import RobotState
@@ -68,6 +69,9 @@ class WholeBodyControl:
         self._config = config or WbcConfig()
         self._dynamics = RobotDynamics(robot)
         self._method = make_method(self._config, tasks.NUM_VARIABLES, 6, 5 * NUM_LEGS + NUM_JOINTS, NUM_JOINTS)
+        # The common case has a shortcut; ``program`` says the same in tasks.
+        plain = self._config.method == "weighted" and not self._config.joint_stops
+        self._assembly = WeightedAssembly(robot, self._config) if plain else None
         self._efforts = np.asarray(robot.effort_limits, dtype=float)
         # Forces are two orders of magnitude larger than accelerations: their columns are scaled by the mass for the solver.
         self._scale = np.concatenate((np.ones(tasks.NUM_VELOCITIES), np.full(tasks.NUM_FORCES, robot.mass)))
@@ -80,15 +84,15 @@ class WholeBodyControl:
             return self._stand(state, dynamics, last, "standing", last.fallbacks, 0, start)
         sample = policy.sample(state.stamp)
         targets = foot_targets(state, policy, sample.stance, last.foot_modes, dynamics.p_WF, dynamics.v_WF, self._config)
-        program, torque_map = self._program(state, policy, sample, targets, dynamics)
-        solution = self._method.solve(program, last.warm)
+        solution = self._solve(state, policy, sample, targets, dynamics, last.warm)
         if not solution.success:
             return self._fall_back(state, targets, last, solution, dynamics, start)
         z = solution.x
+        torque_matrix, torque_bias = tasks.torque_map(dynamics)
         joint_positions, joint_velocities = joint_targets(state, sample, targets, dynamics)
         return WholeBodyCommand(
             stamp=state.stamp,
-            torque=np.clip(torque_map[0] @ z + torque_map[1], -self._efforts, self._efforts),
+            torque=np.clip(torque_matrix @ z + torque_bias, -self._efforts, self._efforts),
             joint_positions=joint_positions,
             joint_velocities=joint_velocities,
             forces=z[tasks.FORCE].reshape(NUM_LEGS, 3),
@@ -102,40 +106,44 @@ class WholeBodyControl:
             warm=solution.warm,
         )
 
-    def _program(self, state, policy, sample, targets, dynamics) -> tuple[WholeBodyProgram, tuple]:
-        """The program, and (A, b) with torques = A z + b."""
+    def _solve(self, state, policy, sample, targets, dynamics, warm) -> MethodSolution:
+        base = base_acceleration(state, sample, dynamics, self._config)
+        forces = redistributed(sample.forces, targets.contacts)
+        if self._assembly is None:
+            return self._method.solve(self.program(state, policy.normals, targets, dynamics, base, forces), warm)
+        matrices = self._assembly.matrices(dynamics, targets, base, forces, policy.normals)
+        return self._method.solve_matrices(matrices, self._scale, warm)
+
+    def program(self, state, normals, targets, dynamics, base, forces) -> WholeBodyProgram:
+        """What is asked for, in the order of priority.
+
+        Args:
+            state, normals, targets, dynamics: measured state, unit normals (4, 3), FootTargets, DynamicsTerms.
+            base: wanted acceleration of the base [angular, linear] in W, (6,).
+            forces: wanted forces in W [N], (4, 3).
+        """
         c, contacts = self._config, targets.contacts
-        torque_map = tasks.torque_map(dynamics)
-        limits = tasks.friction_pyramids(
-            policy.normals, contacts, c.friction, c.max_force_ratio * self._robot.mass * GRAVITY
-        ) + tasks.torque_limits(*torque_map, self._efforts)
+        max_force = c.max_force_ratio * self._robot.mass * GRAVITY
+        pyramids = tasks.friction_pyramids(normals, contacts, c.friction, max_force)
+        wanted, calm = targets.accelerations, tasks.joint_acceleration(np.zeros(NUM_JOINTS))
+        effort = (c.force_weight / self._robot.mass**2) * tasks.contact_forces(forces) + c.joint_weight * calm
+        levels = (
+            tasks.Level("contact", c.stance_weight, tasks.foot_acceleration(dynamics, wanted, contacts)),
+            tasks.Level("swing", c.swing_weight, tasks.foot_acceleration(dynamics, wanted, ~contacts)),
+            tasks.Level("base", c.base_weight, tasks.base_acceleration(base)),
+            tasks.Level("forces", 1.0, effort),
+        )
         A, b = tasks.floating_base_dynamics(dynamics)
-        program = WholeBodyProgram(
+        return WholeBodyProgram(
             equality_matrix=A,
             equality_target=b,
             airborne=np.concatenate((np.zeros(tasks.NUM_VELOCITIES, dtype=bool), np.repeat(~contacts, 3))),
-            limits=limits,
-            levels=self._levels(state, sample, targets, dynamics),
+            limits=pyramids + tasks.torque_limits(*tasks.torque_map(dynamics), self._efforts),
+            levels=tuple(level for level in levels if len(level.task.target)),
             scale=self._scale,
             stops=self._stops(state) if c.joint_stops else None,
             stop_weight=c.joint_stop_weight,
         )
-        return program, torque_map
-
-    def _levels(self, state, sample, targets, dynamics) -> tuple[tasks.Level, ...]:
-        c, contacts = self._config, targets.contacts
-        wanted = targets.accelerations
-        forces = tasks.contact_forces(redistributed(sample.forces, contacts))
-        effort = (c.force_weight / self._robot.mass**2) * forces + c.joint_weight * tasks.joint_acceleration(
-            np.zeros(NUM_JOINTS)
-        )
-        levels = (
-            tasks.Level("contact", c.stance_weight, tasks.foot_acceleration(dynamics, wanted, contacts)),
-            tasks.Level("swing", c.swing_weight, tasks.foot_acceleration(dynamics, wanted, ~contacts)),
-            tasks.Level("base", c.base_weight, tasks.base_acceleration(base_acceleration(state, sample, dynamics, c))),
-            tasks.Level("forces", 1.0, effort),
-        )
-        return tuple(level for level in levels if len(level.task.target))
 
     def _stops(self, state: RobotState) -> tasks.Limits:
         c, robot = self._config, self._robot

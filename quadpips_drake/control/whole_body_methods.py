@@ -68,6 +68,16 @@ class WeightedMethod:
 
     def solve(self, program: WholeBodyProgram, warm: QpSolution | None) -> MethodSolution:
         """Solves the program; ``warm`` is the last solution."""
+        return self.solve_matrices(self.matrices(program), program.scale, warm)
+
+    def solve_matrices(self, matrices: tuple, scale: np.ndarray, warm: QpSolution | None) -> MethodSolution:
+        """Solves the program that ``matrices`` (see there) stand for."""
+        solution = self._qp.solve(*matrices, warm)
+        x = scale * solution.x[: self._size]
+        return MethodSolution(solution.success, solution.success, solution.status, solution.iterations, x, solution)
+
+    def matrices(self, program: WholeBodyProgram) -> tuple:
+        """H, g, A, b, C, lower, upper of min 1/2 y'Hy + g'y such that A y = b, lower <= C y <= upper."""
         wish = program.levels[0].weight * program.levels[0].task
         for level in program.levels[1:]:
             wish = wish + level.weight * level.task
@@ -77,9 +87,7 @@ class WeightedMethod:
         C, lower, upper = limits.matrix * program.scale, limits.lower, limits.upper
         if program.stops is not None:
             H, g, A, C, lower, upper = self._with_slack(H, g, A, C, program)
-        solution = self._qp.solve(H, g, A, program.equality_target, C, lower, upper, warm)
-        x = program.scale * solution.x[: self._size]
-        return MethodSolution(solution.success, solution.success, solution.status, solution.iterations, x, solution)
+        return H, g, A, program.equality_target, C, lower, upper
 
     def _with_slack(self, H, g, A, C, program: WholeBodyProgram):
         n, s, stops = self._size, self._stops, program.stops

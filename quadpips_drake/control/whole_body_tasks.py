@@ -110,14 +110,15 @@ def friction_pyramids(normals: np.ndarray, contacts: np.ndarray, friction: float
         friction: coefficient mu [1].
         max_force: largest normal force of a foot [N].
     """
-    matrix = _pyramid_rows(normals, friction)
+    matrix = pyramid_rows(normals, friction)
     upper = np.full(5 * NUM_LEGS, np.inf)
     upper[4::5] = np.where(contacts, max_force, 0.0)
     return Limits(matrix, np.zeros(5 * NUM_LEGS), upper)
 
 
 @njit(cache=True)
-def _pyramid_rows(normals, friction):
+def pyramid_rows(normals, friction):
+    """Rows of ``friction_pyramids``, five for each foot, (20, 30)."""
     matrix = np.zeros((5 * NUM_LEGS, NUM_VARIABLES))
     for leg in range(NUM_LEGS):
         n = normals[leg]

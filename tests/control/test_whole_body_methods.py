@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from quadpips_drake.control import whole_body_methods as methods
+from quadpips_drake.control.contact_logic import foot_targets
 from quadpips_drake.control.robot_dynamics import RobotDynamics
+from quadpips_drake.control.whole_body_assembly import WeightedAssembly
 from quadpips_drake.control.whole_body_config import WbcConfig
 from quadpips_drake.control.whole_body_control import WholeBodyCommand, WholeBodyControl
 from quadpips_drake.control.whole_body_qp import QpSolution
 from quadpips_drake.control.whole_body_tasks import Level, Limits, Task, joint_stops
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import load_robot
-from tests.control.trotting import mid_trot
+from tests.control.trotting import TROT, mid_trot
 
 ROBOTS = ("anymal_c", "go2")
 ALL_DOWN = np.ones(4, dtype=bool)
@@ -76,6 +78,22 @@ def test_both_methods_agree_where_every_task_can_be_met(name):
     assert weighted.success and strict.success
     assert strict.torque == pytest.approx(weighted.torque, abs=1e-2 * robot.effort_limits.max())
     assert strict.forces == pytest.approx(weighted.forces, abs=1e-2 * 9.81 * robot.mass)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_compiled_assembly_says_the_same_as_the_tasks(name):
+    robot = load_robot(name)
+    state, policy = mid_trot(robot)
+    control = WholeBodyControl(robot)
+    dynamics = RobotDynamics(robot).evaluate(state)
+    modes = np.array([0, 1, 1, 0])
+    planned = foot_targets(state, policy, TROT, modes, dynamics.p_WF, dynamics.v_WF, WbcConfig())
+    base, forces = np.arange(6.0), 10.0 * np.arange(12.0).reshape(4, 3)
+    normals = np.tile([0.1, -0.2, 1.0] / np.linalg.norm([0.1, -0.2, 1.0]), (4, 1))
+    compiled = WeightedAssembly(robot, WbcConfig()).matrices(dynamics, planned, base, forces, normals)
+    tasks = control._method.matrices(control.program(state, normals, planned, dynamics, base, forces))
+    for ours, expected in zip(compiled, tasks, strict=True):
+        np.testing.assert_allclose(ours, expected, atol=1e-9 * np.abs(expected[np.isfinite(expected)]).max())
 
 
 def accelerations(robot, state, command):
