@@ -14,13 +14,65 @@ _MAX_JOINT_STEP = 0.3
 """Largest distance of joint set points from the measured joints [rad]."""
 
 
+@njit(cache=True)
+def rotation_matrix(rpy):
+    """R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
+    return roll_pitch_yaw_rotation(rpy)[0]
+
+
+@njit(cache=True)
+def rotation_error(rpy_desired, R_WB):
+    """Small rotation in W that turns ``R_WB`` into the desired attitude [rad], (3,)."""
+    desired = rotation_matrix(rpy_desired)
+    R = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            R[i, j] = desired[i, 0] * R_WB[j, 0] + desired[i, 1] * R_WB[j, 1] + desired[i, 2] * R_WB[j, 2]
+    # Twice the vector part of the quaternion: exact to third order, and finite for any error.
+    factor = 1.0 / np.sqrt(max(1.0 + R[0, 0] + R[1, 1] + R[2, 2], 1e-2))
+    return np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) * factor
+
+
 def base_acceleration(state: RobotState, sample: PolicySample, dynamics: DynamicsTerms, config) -> np.ndarray:
     """[angular, linear] in W, (6,): what the policy's forces do to the robot with locked joints, plus PD about its pose."""
-    wrench = dynamics.foot_jacobian[:, :6].T @ sample.forces.ravel() - dynamics.bias[:6]
-    wanted = np.linalg.solve(dynamics.mass_matrix[:6, :6], wrench)
-    error = rotation_error(sample.rpy_WB, state.R_WB)
-    wanted[:3] += config.base_angular_kp * error + config.base_angular_kd * (sample.w_WB - state.w_WB)
-    wanted[3:] += config.base_linear_kp * (sample.p_WB - state.p_WB) + config.base_linear_kd * (sample.v_WB - state.v_WB)
+    c = config
+    gains = c.base_linear_kp, c.base_linear_kd, c.base_angular_kp, c.base_angular_kd
+    wanted = _locked_acceleration(dynamics.mass_matrix, dynamics.bias, dynamics.foot_jacobian, sample.forces)
+    measured = state.p_WB, state.v_WB, np.ascontiguousarray(state.R_WB), state.w_WB
+    return _with_feedback(wanted, *measured, sample.p_WB, sample.v_WB, sample.rpy_WB, sample.w_WB, gains)
+
+
+@njit(cache=True)
+def _locked_acceleration(mass_matrix, bias, jacobian, forces):
+    """Acceleration of the robot with locked joints under the feet's ``forces`` (4, 3): [angular, linear], (6,)."""
+    wrench, matrix = np.empty(6), np.empty((6, 6))
+    for i in range(6):
+        wrench[i] = -bias[i]
+        for leg in range(NUM_LEGS):
+            for k in range(3):
+                wrench[i] += jacobian[3 * leg + k, i] * forces[leg, k]
+        for j in range(6):
+            matrix[i, j] = mass_matrix[i, j]
+    # Symmetric and positive definite: elimination without pivots.
+    for i in range(6):
+        for row in range(i + 1, 6):
+            factor = matrix[row, i] / matrix[i, i]
+            wrench[row] -= factor * wrench[i]
+            for j in range(i, 6):
+                matrix[row, j] -= factor * matrix[i, j]
+    for i in range(5, -1, -1):
+        for j in range(i + 1, 6):
+            wrench[i] -= matrix[i, j] * wrench[j]
+        wrench[i] /= matrix[i, i]
+    return wrench
+
+
+@njit(cache=True)
+def _with_feedback(wanted, p, v, R, w, p_d, v_d, rpy_d, w_d, gains):
+    error = rotation_error(rpy_d, R)
+    for i in range(3):
+        wanted[i] += gains[2] * error[i] + gains[3] * (w_d[i] - w[i])
+        wanted[3 + i] += gains[0] * (p_d[i] - p[i]) + gains[1] * (v_d[i] - v[i])
     return wanted
 
 
@@ -66,29 +118,20 @@ def _joint_steps(jacobian, twist, offsets, velocities):
     return steps, rates
 
 
-def redistributed(forces: np.ndarray, contacts: np.ndarray) -> np.ndarray:
+@njit(cache=True)
+def redistributed(forces, contacts):
     """The policy's forces (4, 3) [N] when only ``contacts`` bear: what the others should carry is shared among them."""
-    if contacts.all() or not contacts.any():
-        return forces
-    wanted = np.where(contacts[:, None], forces, 0.0)
-    missing = forces[~contacts].sum(axis=0)
-    return wanted + np.where(contacts[:, None], missing / contacts.sum(), 0.0)
-
-
-@njit(cache=True)
-def rotation_error(rpy_desired, R_WB):
-    """Small rotation in W that turns ``R_WB`` into the desired attitude [rad], (3,)."""
-    desired = rotation_matrix(rpy_desired)
-    R = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            R[i, j] = desired[i, 0] * R_WB[j, 0] + desired[i, 1] * R_WB[j, 1] + desired[i, 2] * R_WB[j, 2]
-    # Twice the vector part of the quaternion: exact to third order, and finite for any error.
-    factor = 1.0 / np.sqrt(max(1.0 + R[0, 0] + R[1, 1] + R[2, 2], 1e-2))
-    return np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) * factor
-
-
-@njit(cache=True)
-def rotation_matrix(rpy):
-    """R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
-    return roll_pitch_yaw_rotation(rpy)[0]
+    wanted, missing, bearing = forces.copy(), np.zeros(3), 0
+    for leg in range(NUM_LEGS):
+        if contacts[leg]:
+            bearing += 1
+        else:
+            missing += forces[leg]
+    if bearing in (0, NUM_LEGS):
+        return wanted
+    for leg in range(NUM_LEGS):
+        if contacts[leg]:
+            wanted[leg] += missing / bearing
+        else:
+            wanted[leg] = 0.0
+    return wanted

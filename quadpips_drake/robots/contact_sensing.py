@@ -36,15 +36,18 @@ def find_contact_geometries(robot: RobotModel, plant: MultibodyPlant, inspector:
 
 def foot_contact_forces(results: ContactResults, geometries: ContactGeometries) -> np.ndarray:
     """Returns the force of everything else on each foot, in the world [N], (4, 3)."""
-    forces = np.zeros((NUM_LEGS, 3))
+    forces, feet = np.zeros((NUM_LEGS, 3)), geometries.feet
     for i in range(results.num_point_pair_contacts()):
         info = results.point_pair_contact_info(i)
         pair = info.point_pair()
-        # contact_force() acts on body B, so on A with the opposite sign.
-        if (leg := geometries.feet.get(pair.id_B)) is not None:
-            forces[leg] += info.contact_force()
-        if (leg := geometries.feet.get(pair.id_A)) is not None:
-            forces[leg] -= info.contact_force()
+        leg_A, leg_B = feet.get(pair.id_A), feet.get(pair.id_B)
+        if leg_A is None and leg_B is None:
+            continue
+        force = info.contact_force()  # acts on body B, so on A with the opposite sign
+        if leg_B is not None:
+            forces[leg_B] += force
+        if leg_A is not None:
+            forces[leg_A] -= force
     return forces
 
 

@@ -1,0 +1,120 @@
+"""How long one tick of whole-body control takes, by method and solver, and where the time goes.
+
+Not part of the tests; run with
+
+    OPENBLAS_NUM_THREADS=1 pytest tests/benchmarks/bench_whole_body_control.py --benchmark-columns=min,median,rounds
+
+The printed table is Markdown. ``kinematics`` is mass matrix, bias forces and feet, ``program`` the solution of the program
+(for the hierarchy: all levels with their null spaces), ``assembly`` everything else: policy, contacts, matrices, set points.
+OSQP and Clarabel are what a user of Drake would pick, through a MathematicalProgram that is built once and updated. Times
+are processor times of the one thread, so that a shared machine does not spoil them.
+"""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quadpips_drake.control.robot_dynamics import RobotDynamics
+from quadpips_drake.control.whole_body_config import WbcConfig
+from quadpips_drake.control.whole_body_control import WholeBodyCommand, WholeBodyControl
+from quadpips_drake.robots.robot_model import load_robot
+from tests.control.plant_dynamics import PlantDynamics
+from tests.control.trotting import mid_trot
+
+VARIANTS = {
+    "weighted, proxqp_dense (default)": {},
+    "weighted, proxqp by MathematicalProgram": {"solver": "proxqp"},
+    "weighted, piqp_dense by MathematicalProgram": {"solver": "piqp_dense"},
+    "weighted, osqp by MathematicalProgram": {"solver": "osqp"},
+    "weighted, clarabel by MathematicalProgram": {"solver": "clarabel"},
+    "weighted with joint stops, proxqp_dense": {"joint_stops": True},
+    "hierarchical, proxqp_dense": {"method": "hierarchical"},
+    "hierarchical with joint stops, proxqp_dense": {"method": "hierarchical", "joint_stops": True},
+}
+TICKS = 400
+_rows = []
+
+
+class Stopwatch:
+    """Adds up the time spent in functions that are wrapped with it."""
+
+    def __init__(self):
+        self.total = 0.0
+
+    def wrap(self, function):
+        def timed(*args):
+            start = time.thread_time()
+            result = function(*args)
+            self.total += time.thread_time() - start
+            return result
+
+        return timed
+
+
+@pytest.fixture(scope="module", autouse=True)
+def table():
+    yield
+    print("\n\n| whole-body control of one tick, medians in ms | kinematics | assembly | program | total | 95 % |")
+    print("|---|---|---|---|---|---|")
+    for name, *times in _rows:
+        print(f"| {name} | " + " | ".join(f"{1e3 * seconds:.3f}" for seconds in times) + " |")
+
+
+def situations(robot):
+    """Slightly different moments of a trot, as they follow each other."""
+    state, policy = mid_trot(robot)
+    rng = np.random.default_rng(0)
+    for i in range(TICKS):
+        moment = replace(
+            state,
+            stamp=0.141 + 0.0001 * i,
+            p_WB=state.p_WB + rng.normal(scale=0.002, size=3),
+            v_WB=state.v_WB + rng.normal(scale=0.02, size=3),
+            joint_velocities=state.joint_velocities + rng.normal(scale=0.05, size=12),
+        )
+        yield moment, policy
+
+
+def ticks(control, robot):
+    """Computes all situations; returns kinematics, program and total time of each [s]."""
+    kinematics, program = Stopwatch(), Stopwatch()
+    control._dynamics.evaluate = kinematics.wrap(control._dynamics.evaluate)
+    for name in ("solve", "solve_matrices"):
+        if hasattr(control._method, name):
+            setattr(control._method, name, program.wrap(getattr(control._method, name)))
+    command, times = replace(WholeBodyCommand.empty(), foot_modes=np.array([0, 1, 1, 0])), []
+    for state, policy in situations(robot):
+        before = kinematics.total, program.total
+        start = time.thread_time()
+        command = control.compute(state, policy, command)
+        total = time.thread_time() - start
+        times.append((kinematics.total - before[0], program.total - before[1], total))
+    assert command.fallbacks == 0
+    return np.array(times)
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_tick(benchmark, variant):
+    benchmark.group = f"{TICKS} ticks of whole-body control"
+    robot = load_robot("anymal_c")
+    config = WbcConfig(**VARIANTS[variant])
+    ticks(WholeBodyControl(robot, config), robot)
+    rounds = []
+    benchmark.pedantic(lambda: rounds.append(ticks(WholeBodyControl(robot, config), robot)), rounds=3)
+    times = np.concatenate(rounds)
+    kinematics, program, total = np.median(times, axis=0)
+    assembly = np.median(times[:, 2] - times[:, 0] - times[:, 1])
+    _rows.append((variant, kinematics, assembly, program, total, np.percentile(times[:, 2], 95)))
+
+
+@pytest.mark.parametrize("dynamics", [RobotDynamics, PlantDynamics])
+def test_kinematics(benchmark, dynamics):
+    """Compiled terms against a MultibodyPlant through pydrake."""
+    benchmark.group = "mass matrix, bias, feet"
+    robot = load_robot("anymal_c")
+    state, _ = mid_trot(robot)
+    terms = dynamics(robot)
+    terms.evaluate(state)
+    benchmark(terms.evaluate, state)
