@@ -9,15 +9,15 @@ import typer
 from quadpips_drake.benchmark.trial_options import resolve_config
 from quadpips_drake.benchmark.walk_trial import WalkTrial, WalkTrialConfig
 from quadpips_drake.control.gaits import GAITS
-from quadpips_drake.visualization.snapshot import ChaseView, SnapshotRenderer, film_strip, save_picture
+from quadpips_drake.visualization.snapshot import SnapshotRenderer, film_strip, look_at, save_picture
 from quadpips_drake.visualization.walk_figures import gait_figure, push_figure
 
 PUSH_AT = 3.0
 """When the push begins [s]."""
 FRAMES = (-0.05, 0.1, 0.25, 0.4, 0.6, 1.2)
 """Times of the film strip, counted from the push [s]."""
-VIEW = ChaseView(distance=2.6, azimuth=0.35, elevation=0.25)
-"""From behind, where sideways motion is seen best."""
+EYE = (-2.1, -0.7, 0.25)
+"""Where the camera stays, seen from the robot at the time of the push [m]: behind it, where sideways motion shows best."""
 
 
 def main(
@@ -35,8 +35,9 @@ def main(
     trial.result()  # enters the footholds into the log
     log = trial.log.arrays()
     push_figure(log, PUSH_AT - 0.6, PUSH_AT + 2.0).savefig(out / "control_push.png", dpi=80)
-    renderer = SnapshotRenderer(trial.robot, trial.terrain, width=480, height=360)
-    images = renderer.render_log(log, np.array(FRAMES) + PUSH_AT, VIEW)
+    renderer = SnapshotRenderer(trial.robot, trial.terrain, width=400, height=360)
+    there = log["p_WB"][np.searchsorted(log["time"], PUSH_AT)] + [0.15, 0.1, -0.15]
+    images = renderer.render_log(log, np.array(FRAMES) + PUSH_AT, look_at(there + EYE, there))
     save_picture(film_strip(images, columns=3), out / "control_push_film.png")
     typer.echo(f"{trial.verdict.reason}; pictures in {out}")
 
