@@ -183,6 +183,8 @@ def _claim_directory(directory: Path, manifest: dict, resume: bool) -> None:
             same = False
         if not same:
             raise UserInputError(f"--resume: {directory} was made with other --frames, --seed or settings")
+    elif any((directory / shard["file"]).exists() for shard in manifest["shards"]):
+        raise UserInputError(f"--out {directory}: holds shards without a {MANIFEST}; give another directory")
     for leftover in directory.glob(".*.npz.*"):
         leftover.unlink()
     write_json(path, manifest)

@@ -66,6 +66,12 @@ def test_a_dataset_is_not_overwritten_nor_mixed_with_another(copy):
         list(make_dataset(copy, FRAMES, 3, DATASET, resume=True))
 
 
+def test_shards_of_unknown_origin_are_not_adopted(copy):
+    (copy / MANIFEST).unlink()
+    with pytest.raises(UserInputError, match="without a manifest"):
+        list(make_dataset(copy, FRAMES, 3, DATASET, resume=True))
+
+
 def test_too_few_frames_for_three_splits_are_refused():
     with pytest.raises(UserInputError, match="at least 50"):
         plan_shards(45, DatasetConfig())
