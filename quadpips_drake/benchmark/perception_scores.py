@@ -2,7 +2,7 @@
 
 All areas are counted on a map of square cells that is fixed to the world. What each score means:
 
-- *floor* is what passes the health check of the superpixels: the pixels of the cap on which a foot could be put. Where an
+- *floor* is every pixel of the cap that belongs to a superpixel: ground of which regions may be made. Where an
   edge runs within a cell of a pixel, the nearer surface counts, because a cell cannot say where in it the edge is.
 - *false-safe* is region area (after inset) over a void, or more than 2 cm or 10 degrees off the surface that is there.
 - *in view* is what the camera has seen so far (the surface was within 2 cm of the depth that a noise-free image shows) and
@@ -21,7 +21,7 @@ import shapely
 from quadpips_drake.perception.images import EgocanImage
 from quadpips_drake.perception.polygons import shrink
 from quadpips_drake.perception.regions import RegionSet
-from quadpips_drake.perception.superpixels import SuperpixelConfig, cap_points, healthy_pixels
+from quadpips_drake.perception.superpixels import SuperpixelConfig, segment_superpixels
 from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
@@ -113,7 +113,7 @@ class PerceptionScorer:
     """Scores samples one after the other; remembers what has been seen and the regions of the last sample."""
 
     def __init__(self, terrain: Terrain, superpixels: SuperpixelConfig):
-        """``superpixels``: whose health check says what is floor."""
+        """``superpixels``: how the floor is found."""
         self.map = TruthMap(terrain)
         self._superpixels = superpixels
         self._ground = np.isfinite(self.map.height)
@@ -181,11 +181,11 @@ class PerceptionScorer:
         return cv2.erode(view, _disc(STEPPABLE_INSET)).astype(bool)
 
     def _score_floor(self, sample: PerceptionSample) -> dict:
-        """Height and normal errors of the healthy pixels within FLOOR_RADIUS."""
-        can = sample.can
-        points = cap_points(can)
+        """Height and normal errors of the floor within FLOOR_RADIUS."""
+        can, superpixels = sample.can, segment_superpixels(sample.can, self._superpixels)
+        points = superpixels.points
         with np.errstate(invalid="ignore"):
-            floor = healthy_pixels(can, self._superpixels) & (np.hypot(points[..., 0], points[..., 2]) < FLOOR_RADIUS)
+            floor = (superpixels.assignment >= 0) & (np.hypot(points[..., 0], points[..., 2]) < FLOOR_RADIUS)
         if not floor.any():
             return {"height_rms_m": None, "normal_median_deg": None, "floor_pixels": 0, "ghost_share": None}
         X_WE = sample.X_WO @ can.X_WE

@@ -5,6 +5,8 @@ from numba import njit
 
 MAX_SUBDIVISION = 6
 """Most pieces into which the surface between two vertically neighbouring pixels is cut."""
+WALL = 0.6
+"""Points whose normals point upward by less than this are taken for a wall when they meet ground in one cell."""
 
 
 def pack_camera(X_WC, intrinsics):
@@ -14,9 +16,12 @@ def pack_camera(X_WC, intrinsics):
 
 
 @njit(cache=True, inline="always")
-def _add_ground(x, y, z, nx, ny, nz, label, layer, total, labels):
-    """Adds one point (x, y in cells) to the totals [count, height, normal (3)] of its cell; a higher layer displaces a
-    lower one."""
+def _add_ground(x, y, z, nx, ny, nz, up, label, layer, total, labels):
+    """Adds one point (x, y in cells) to the totals [count, height, normal (3), upward part of the normal] of its cell.
+
+    A higher layer displaces a lower one. Within a layer, points that face upward displace those of a wall: the wall below an
+    edge does not tilt the edge.
+    """
     if not (0 <= x < total.shape[0] and 0 <= y < total.shape[1]):
         return
     i, j = int(x), int(y)
@@ -25,7 +30,11 @@ def _add_ground(x, y, z, nx, ny, nz, label, layer, total, labels):
         above = z - total[i, j, 1] / n
         if above < -layer:
             return
-        if above <= layer:
+        faces_up, is_floor = up > WALL, total[i, j, 5] > WALL * n
+        if above <= layer and is_floor and not faces_up:
+            return
+        if above <= layer and is_floor == faces_up:
+            total[i, j, 5] += up
             total[i, j, 0] = n + 1
             total[i, j, 1] += z
             total[i, j, 2] += nx
@@ -38,6 +47,7 @@ def _add_ground(x, y, z, nx, ny, nz, label, layer, total, labels):
     total[i, j, 2] = nx
     total[i, j, 3] = ny
     total[i, j, 4] = nz
+    total[i, j, 5] = up
     labels[i, j] = label
 
 
@@ -45,10 +55,10 @@ def _add_ground(x, y, z, nx, ny, nz, label, layer, total, labels):
 def collect_ground(depth, normals, image_labels, camera, first_cell, cell_size, layer, total, labels):
     """Sums the points of an image per cell; points without a normal (edges, noise) are left out.
 
-    ``total`` (n, n, 5): count, height above the camera, normal in C. Close to the camera every second column and row is
-    enough. Rows of pixels far ahead lie further apart on the ground than a cell. The sensor sees one unbroken surface
-    between two neighbouring pixels, so the piece between them is added as well, as long as it is as flat as their normals
-    say.
+    ``total`` (n, n, 6): count, height above the camera, normal in C, its upward component. Close to the camera every second
+    column and row is enough. Rows of pixels far ahead lie further apart on the ground than a cell. The sensor sees one
+    unbroken surface between two neighbouring pixels, so the piece between them is added as well, as long as it is as flat as
+    their normals say.
     """
     R, p, focal = camera
     fx, fy, cx, cy = np.float32(focal[0]), np.float32(focal[1]), np.float32(focal[2]), np.float32(focal[3])
@@ -56,6 +66,7 @@ def collect_ground(depth, normals, image_labels, camera, first_cell, cell_size, 
     per_cell = 1.0 / cell_size
     x0, y0 = np.float32(p[0] * per_cell - first_cell[0]), np.float32(p[1] * per_cell - first_cell[1])
     r = (R * np.array([[per_cell], [per_cell], [1.0]])).astype(np.float32)  # x and y in cells from here on
+    up0, up1, up2 = r[2, 0], r[2, 1], r[2, 2]
     dense = np.float32(0.35 * cell_size * focal[0])
     flat = np.float32(0.5 * cell_size)
     above, known = np.zeros((columns, 3), np.float32), np.zeros(columns, np.bool_)  # the pixel above, in C
@@ -74,7 +85,8 @@ def collect_ground(depth, normals, image_labels, camera, first_cell, cell_size, 
                 continue
             x, y = z * (r[0, 0] * a + bx), z * (r[1, 0] * a + by)
             label = image_labels[v, u]
-            _add_ground(x0 + x, y0 + y, height, n0, n1, n2, label, layer, total, labels)
+            up = up0 * n0 + up1 * n1 + up2 * n2
+            _add_ground(x0 + x, y0 + y, height, n0, n1, n2, up, label, layer, total, labels)
             if known[u]:
                 e0, e1, e2 = above[u, 0] - z * a, above[u, 1] - z * b, above[u, 2] - z
                 ex, ey = r[0, 0] * e0 + r[0, 1] * e1 + r[0, 2] * e2, r[1, 0] * e0 + r[1, 1] * e1 + r[1, 2] * e2
@@ -84,7 +96,7 @@ def collect_ground(depth, normals, image_labels, camera, first_cell, cell_size, 
                     for k in range(1, pieces):
                         t = np.float32(k) / np.float32(pieces)
                         _add_ground(
-                            x0 + x + t * ex, y0 + y + t * ey, height + t * ez, n0, n1, n2, label, layer, total, labels
+                            x0 + x + t * ex, y0 + y + t * ey, height + t * ez, n0, n1, n2, up, label, layer, total, labels
                         )
             above[u, 0], above[u, 1], above[u, 2] = z * a, z * b, z
             known[u] = True
@@ -114,7 +126,11 @@ def sees_through(x, y, z, depth, camera, margin):
 def merge_ground(
     total, new_label, blend_height, max_count, depth, camera, first_cell, cell_size, margin, height, normal, label, count
 ):
-    """Writes the sums of one image into the memory, cell by cell, and forgets what the image disproves."""
+    """Writes the sums of one image into the memory, cell by cell, and forgets what the image disproves.
+
+    Ground seen below a measured surface (a view under a slab, from the side) does not disprove it: a lower surface takes the
+    cell only when the camera also sees through the old one.
+    """
     R = camera[0]
     for i in range(height.shape[0]):
         for j in range(height.shape[1]):
@@ -130,6 +146,11 @@ def merge_ground(
                         count[i, j] = 0
                 continue
             z = camera[1][2] + total[i, j, 1] / n
+            if count[i, j] > 0 and z < height[i, j] - blend_height:
+                x = (first_cell[0] + i + 0.5) * cell_size
+                y = (first_cell[1] + j + 0.5) * cell_size
+                if not sees_through(x, y, height[i, j], depth, camera, margin):
+                    continue
             n0, n1, n2 = total[i, j, 2], total[i, j, 3], total[i, j, 4]
             length = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
             if length == 0:

@@ -103,7 +103,7 @@ def measure_ground(memory: GroundMemory, image: AffordanceImage, config: GroundM
     now looks through the place where its surface should be (there is lower ground, or none within range).
     """
     n = len(memory.height)
-    total = np.zeros((n, n, 5), np.float32)
+    total = np.zeros((n, n, 6), np.float32)
     label = np.zeros((n, n), np.uint8)
     camera = kernels.pack_camera(image.X_WC, image.intrinsics)
     kernels.collect_ground(

@@ -18,6 +18,8 @@ MAX_VERTICES = 64
 """Room for the vertices of one polygon."""
 MAX_CUTS = 40
 """A superpixel that needs more cuts than this is no region."""
+CUT_DIRECTIONS = 2
+"""Directions that are tried for a cut to either side of the straight one."""
 
 
 @njit(cache=True)
@@ -61,21 +63,22 @@ def _extreme_pixels(members, columns):
 
 
 @njit(cache=True)
-def _find_void(points, healthy, box, middle, focal, center, R, max_off_plane, polygon):
+def _find_void(points, ground, box, middle, focal, center, R, max_off_plane, polygon):
     """Returns the plane coordinates (n, 2) of pixels in ``box`` and ``polygon`` that are not ground of this plane.
 
-    Only those next to ground are listed: nothing convex around a piece of ground reaches the others past them.
+    That is what is not in the mask ``ground``, or known (not NaN) and further off the plane than ``max_off_plane``. Only
+    those next to ground are listed: nothing convex around a piece of ground reaches the others past them.
     """
     u0, u1, v0, v1 = box
     is_void = np.zeros((v1 - v0 + 1, u1 - u0 + 1), np.bool_)
     for v in range(v0, v1 + 1):
         for u in range(u0, u1 + 1):
-            inside = 0 <= v < healthy.shape[0] and 0 <= u < healthy.shape[1]
-            if inside and healthy[v, u]:
+            inside = 0 <= v < ground.shape[0] and 0 <= u < ground.shape[1]
+            if inside and ground[v, u]:
                 off = 0.0
                 for k in range(3):
                     off += (points[v, u, k] - center[k]) * R[k, 2]
-                is_void[v - v0, u - u0] = abs(off) > max_off_plane
+                is_void[v - v0, u - u0] = abs(off) > max_off_plane  # False where unknown
             else:
                 is_void[v - v0, u - u0] = True
     void = np.empty((is_void.size, 2))
@@ -92,11 +95,13 @@ def _find_void(points, healthy, box, middle, focal, center, R, max_off_plane, po
 
 @njit(cache=True)
 def _roomiest_pixel(members, columns, void, middle, focal, center, R):
-    """Returns (x, y, distance) of the member pixel, on a grid of every third one, that is furthest from all of ``void``."""
+    """Returns (x, y, distance) of the member pixel that is furthest from all of ``void``; of many pixels, every second or
+    third in either direction is tried."""
     best, best_x, best_y = -1.0, 0.0, 0.0
+    every = 1 if len(members) < 120 else (2 if len(members) < 300 else 3)
     for i in members:
         u, v = i % columns, i // columns
-        if u % 3 or v % 3:
+        if u % every or v % every:
             continue
         x, y = _pixel_on_plane(u, v, middle, focal, center, R)
         nearest = np.inf
@@ -110,7 +115,34 @@ def _roomiest_pixel(members, columns, void, middle, focal, center, R):
 
 
 @njit(cache=True)
-def _carve(polygon, void, x, y, pull):
+def _best_cut(polygon, void, left, index, x, y, pull, room):
+    """Returns (nx, ny, offset) of the half plane that cuts off void point ``index`` and leaves most of ``polygon``.
+
+    Directions up to 60 deg to either side of the one from (x, y) to the point are tried, as far as they leave ``room`` [m]
+    around (x, y). Void that is left inside will cost more cuts, so each such point counts as a loss.
+    """
+    dx, dy = void[index, 0] - x, void[index, 1] - y
+    length = np.sqrt(dx * dx + dy * dy)
+    best, best_x, best_y = -np.inf, dx / length, dy / length
+    for k in range(-CUT_DIRECTIONS, CUT_DIRECTIONS + 1):
+        angle = k * np.pi / 3.0 / CUT_DIRECTIONS
+        if length * np.cos(angle) - pull < room and k != 0:
+            continue
+        c, s = np.cos(angle), np.sin(angle)
+        nx, ny = (c * dx - s * dy) / length, (s * dx + c * dy) / length
+        offset = nx * void[index, 0] + ny * void[index, 1] - pull
+        remaining = 0
+        for i in range(len(void)):
+            if left[i] and nx * void[i, 0] + ny * void[i, 1] < offset:
+                remaining += 1
+        value = area_and_centroid(clip_half_plane(polygon, nx, ny, offset))[0] - remaining * 8.0 * pull * pull
+        if value > best:
+            best, best_x, best_y = value, nx, ny
+    return best_x, best_y, best_x * void[index, 0] + best_y * void[index, 1] - pull
+
+
+@njit(cache=True)
+def _carve(polygon, void, x, y, pull, room):
     """Returns the part of ``polygon`` around (x, y) without any point of ``void``, each cut ``pull`` before the point."""
     left = np.ones(len(void), np.bool_)
     for _ in range(MAX_CUTS):
@@ -122,11 +154,9 @@ def _carve(polygon, void, x, y, pull):
                     nearest, index = distance, k
         if index < 0:
             return polygon
-        length = np.sqrt(nearest)
-        if length <= pull:
+        if nearest <= pull * pull:
             break
-        nx, ny = (void[index, 0] - x) / length, (void[index, 1] - y) / length
-        offset = nx * x + ny * y + length - pull
+        nx, ny, offset = _best_cut(polygon, void, left, index, x, y, pull, room)
         polygon = clip_half_plane(polygon, nx, ny, offset)
         if len(polygon) == 0:
             break
@@ -141,7 +171,7 @@ def _carve(polygon, void, x, y, pull):
 
 @njit(cache=True)
 def carve_regions(
-    assignment, points, healthy, centers, normals, focal, clearance, min_radius, max_off_plane, max_vertices, x_hint
+    assignment, points, ground, centers, normals, focal, clearance, overlap, min_radius, max_off_plane, max_vertices, x_hint
 ):
     """Returns (frames X_ER (k, 4, 4), boundaries (k, MAX_VERTICES, 2), their sizes, insets, their sizes, clusters (k,))."""
     columns = assignment.shape[1]
@@ -160,7 +190,7 @@ def carve_regions(
         R = plane_frame(normals[c].copy(), x_hint)
         members = pixels[first[c] : first[c + 1]]
         boundary, inset = _carve_one(
-            members, points, healthy, center, R, middle, focal, clearance, min_radius, max_off_plane, max_vertices
+            members, points, ground, center, R, middle, focal, clearance, overlap, min_radius, max_off_plane, max_vertices
         )
         area, x, y = area_and_centroid(inset)
         if area <= 0 or distance_inside(inset, x, y) < min_radius:
@@ -180,9 +210,11 @@ def carve_regions(
 
 
 @njit(cache=True)
-def _carve_one(members, points, healthy, center, R, middle, focal, clearance, min_radius, max_off_plane, max_vertices):
+def _carve_one(
+    members, points, ground, center, R, middle, focal, clearance, overlap, min_radius, max_off_plane, max_vertices
+):
     """Returns (boundary, inset) of one superpixel in the plane (center, R); empty when there is no room for a foot."""
-    columns = healthy.shape[1]
+    columns = ground.shape[1]
     nothing = np.empty((0, 2))
     corners = _extreme_pixels(members, columns)
     on_plane = np.empty((len(corners), 2))
@@ -192,20 +224,20 @@ def _carve_one(members, points, healthy, center, R, middle, focal, clearance, mi
     if len(hull) == 0:
         return nothing, nothing
     pixel = center[1] / focal
-    reach = int(np.ceil(1.5 * clearance / pixel)) + 1
+    reach = int(np.ceil(1.5 * (clearance + overlap) / pixel)) + 1
     box = (
         int(corners[:, 0].min()) - reach,
         int(corners[:, 0].max()) + reach,
         int(corners[:, 1].min()) - reach,
         int(corners[:, 1].max()) + reach,
     )
-    void = _find_void(points, healthy, box, middle, focal, center, R, max_off_plane, grow(hull, clearance + pixel))
-    boundary = grow(hull, clearance)
+    void = _find_void(points, ground, box, middle, focal, center, R, max_off_plane, grow(hull, clearance + overlap + pixel))
+    boundary = grow(hull, clearance + overlap)
     if len(void) > 0:
         x, y, room = _roomiest_pixel(members, columns, void, middle, focal, center, R)
         if room - 0.5 * pixel < clearance + min_radius:
             return nothing, nothing
-        boundary = _carve(boundary, void, x, y, 0.5 * pixel)
+        boundary = _carve(boundary, void, x, y, 0.5 * pixel, clearance + min_radius)
         if len(boundary) == 0:
             return nothing, nothing
     boundary = simplify(boundary, max_vertices)

@@ -8,6 +8,29 @@ MAX_RANSAC_POINTS = 64
 
 
 @njit(cache=True)
+def supported_pixels(points, normals, healthy, max_step):
+    """Returns the ``healthy`` pixels that continue to at least two of their four neighbours, bool (h, w).
+
+    A neighbour continues a pixel when it is healthy and within ``max_step`` [m] of its tangent plane.
+    """
+    rows, columns = healthy.shape
+    supported = np.zeros((rows, columns), np.bool_)
+    for v in range(rows):
+        for u in range(columns):
+            if not healthy[v, u]:
+                continue
+            n0, n1, n2 = normals[v, u, 0], normals[v, u, 1], normals[v, u, 2]
+            offset = n0 * points[v, u, 0] + n1 * points[v, u, 1] + n2 * points[v, u, 2]
+            count = 0
+            for b, a in ((v - 1, u), (v + 1, u), (v, u - 1), (v, u + 1)):
+                if 0 <= b < rows and 0 <= a < columns and healthy[b, a]:
+                    off = n0 * points[b, a, 0] + n1 * points[b, a, 1] + n2 * points[b, a, 2] - offset
+                    count += abs(off) <= max_step
+            supported[v, u] = count >= 2
+    return supported
+
+
+@njit(cache=True)
 def seed_clusters(points, normals, healthy, step):
     """Returns clusters on a grid of ``step`` pixels, moved to the healthy pixel nearest to the local centroid (V-D.3)."""
     rows, columns = healthy.shape

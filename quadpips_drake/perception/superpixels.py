@@ -69,13 +69,15 @@ def cap_points(can: EgocanImage) -> np.ndarray:
 def healthy_pixels(can: EgocanImage, config: SuperpixelConfig) -> np.ndarray:
     """Returns the pixels of the cap that may carry a foot, bool (h_cap, w_cap) (QuadPiPS section V-D.1).
 
-    Healthy is what has a depth in range, an upward normal and no label that forbids stepping; UNKNOWN does not forbid.
+    Healthy is what has a depth in range, an upward normal and no label that forbids stepping (UNKNOWN does not forbid), and
+    what is not alone: noise makes some points of a wall look like floor.
     """
     labels = can.cap_labels
     with np.errstate(invalid="ignore"):
         healthy = (can.cap_height > 0) & (can.cap_height <= config.max_depth)
         healthy &= -can.cap_normals[..., 1] >= config.min_upward
-    return healthy & ((labels == Steppability.UNKNOWN) | (labels == Steppability.STEPPABLE))
+    healthy &= (labels == Steppability.UNKNOWN) | (labels == Steppability.STEPPABLE)
+    return kernels.supported_pixels(cap_points(can), can.cap_normals, healthy, config.max_step)
 
 
 def segment_superpixels(can: EgocanImage, config: SuperpixelConfig) -> SuperpixelImage:
