@@ -1,16 +1,12 @@
 """Walking by velocity command, without perception or planning: station, command, velocity reference, tracking."""
 
-import time as clock
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
-from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from quadpips_drake.control.gaits import Gait
-from quadpips_drake.control.safety import SafetyConfig, fall_reason
 from quadpips_drake.control.scripted_command_system import ScriptedCommand
 from quadpips_drake.control.velocity_reference import VelocityReferenceConfig
 from quadpips_drake.control.velocity_reference_system import VelocityReference
@@ -46,55 +42,6 @@ class WalkConfig:
     station: StationConfig = field(default_factory=StationConfig)
     velocity_reference: VelocityReferenceConfig = field(default_factory=VelocityReferenceConfig)
     tracking: TrackingConfig = field(default_factory=_tracking)
-    safety: SafetyConfig = field(default_factory=SafetyConfig)
-    settle_time: float = 0.5
-    """The command begins so long after the start [s]."""
-    stop_time: float = 2.0
-    """The command ends so long before the end [s]."""
-    log_period: float = 0.01
-    """[s]"""
-
-
-@dataclass(frozen=True, eq=False)
-class WalkLog:
-    """What happened, sampled every ``log_period``; frame W. ``arrays()`` names everything for a file."""
-
-    times: np.ndarray
-    """[s], (n,)"""
-    p_WB: np.ndarray
-    """(n, 3)"""
-    rpy_WB: np.ndarray
-    """(n, 3)"""
-    v_WB: np.ndarray
-    """(n, 3)"""
-    joint_positions: np.ndarray
-    """(n, 12)"""
-    joint_torques: np.ndarray
-    """(n, 12)"""
-    contact_forces: np.ndarray
-    """(n, 4, 3)"""
-    planned_forces: np.ndarray
-    """Forces that whole-body control aims at, (n, 4, 3)."""
-    foot_modes: np.ndarray
-    """FootMode, int (n, 4)."""
-    feet: np.ndarray
-    """Foot centres, (n, 4, 3)."""
-    fell: str
-    """Why the robot counts as fallen; empty when it did not."""
-    fallbacks: dict
-    """Failed solves: "centroidal_mpc", "whole_body_control"."""
-    wall_time: float
-    """[s]"""
-    timings_ms: dict
-    """Summary of StageTimings."""
-
-    @property
-    def realtime_factor(self) -> float:
-        return float(self.times[-1] / max(self.wall_time, 1e-9))
-
-    def arrays(self) -> dict:
-        """The arrays by name, for ``numpy.savez``."""
-        return {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
 
 
 @dataclass(frozen=True)
@@ -216,62 +163,3 @@ class Walk(Diagram):
     @staticmethod
     def _eval(system, port: str, root_context):
         return system.GetOutputPort(port).Eval(system.GetMyContextFromRoot(root_context))
-
-
-def simulate_walk(
-    robot, terrain, gait: Gait, velocity, duration: float, config: WalkConfig | None = None, *, meshcat=None, on_step=None
-) -> WalkLog:
-    """Simulates a walk from the terrain's start pose until ``duration`` [s] or a fall.
-
-    Args:
-        velocity: forward, left [m/s], yaw rate [rad/s].
-        on_step: called with the diagram and its context after every ``log_period`` (progress bars, recordings).
-    """
-    config = config or WalkConfig()
-    timings = StageTimings()
-    begin = config.settle_time
-    end = max(begin + 1e-3, duration - config.stop_time)
-    commands = [WalkCommand(begin, gait.name, [float(v) for v in velocity]), WalkCommand(end)]
-    diagram = Walk(robot, terrain, commands, config, timings=timings, meshcat=meshcat)
-    simulator = Simulator(diagram)
-    context = simulator.get_mutable_context()
-    diagram.set_initial_state(context, terrain.start)
-    simulator.Initialize()
-    rows, fell = [], ""
-    start = clock.perf_counter()
-    for time in np.arange(config.log_period, duration + 0.5 * config.log_period, config.log_period):
-        simulator.AdvanceTo(float(time))
-        state, command, policy = _observe(diagram, context)
-        rows.append(_row(robot, state, command))
-        if on_step is not None:
-            on_step(diagram, context)
-        fell = fall_reason(state, robot, config.safety)
-        if fell:
-            break
-    wall_time = clock.perf_counter() - start
-    columns = [np.stack(column) for column in zip(*rows, strict=True)]
-    fallbacks = {"centroidal_mpc": policy.fallbacks, "whole_body_control": command.fallbacks}
-    return WalkLog(*columns, fell, fallbacks, wall_time, timings.summary_ms())
-
-
-def _observe(diagram: Walk, context):
-    tracking = diagram.tracking.GetMyContextFromRoot(context)
-    state = diagram.station.GetOutputPort("robot_state").Eval(diagram.station.GetMyContextFromRoot(context))
-    command = diagram.tracking.GetOutputPort("wbc_status").Eval(tracking)
-    return state, command, diagram.tracking.GetOutputPort("mpc_policy").Eval(tracking)
-
-
-def _row(robot, state, command) -> tuple:
-    feet = state.p_WB + robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
-    return (
-        np.asarray(state.stamp),
-        state.p_WB,
-        state.rpy_WB,
-        state.v_WB,
-        state.joint_positions,
-        state.joint_torques,
-        state.contact_forces,
-        command.forces,
-        command.foot_modes,
-        feet,
-    )
