@@ -85,7 +85,7 @@ class ProgramMatrices:
     def _build_hessian_pattern(self):
         rows, columns, self._upper, self._factors = [], [], [], []
         for indices in self._quadratic_vars:
-            i, j = np.triu_indices(len(indices))
+            j, i = np.tril_indices(len(indices))  # the upper triangle column by column, as the sparse matrix wants it
             row, column = np.asarray(indices)[i], np.asarray(indices)[j]
             # A variable that is listed twice brings both off-diagonal entries to one place on the diagonal.
             self._factors.append(np.where((row == column) & (i != j), 2.0, 1.0))

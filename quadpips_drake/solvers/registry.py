@@ -25,8 +25,10 @@ _FACTORIES = {
 def _piqp_settings(tolerance):
     if tolerance is None:
         return {}
-    # Two rounds of equilibration do as well as ten on our problems.
-    return {"eps_abs": tolerance, "eps_rel": tolerance, "check_duality_gap": False, "equilibration_rounds": 2}
+    # Two rounds of equilibration do as well as ten on our problems, and a smaller proximal term and a longer step to the
+    # boundary save one or two of seven iterations.
+    settings = {"equilibration_rounds": 2, "delta_init": 1e-6, "tau": 0.995, "check_duality_gap": False}
+    return {"eps_abs": tolerance, "eps_rel": tolerance, **settings}
 
 
 def solver_names() -> list[str]:
