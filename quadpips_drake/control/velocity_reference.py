@@ -57,7 +57,7 @@ class VelocityReferenceConfig:
     the given gait are scaled down."""
     ground_filter_time: float = 0.2
     """Time constant of the estimated height of the ground [s]."""
-    slope_filter_time: float = 0.6
+    slope_filter_time: float = 0.3
     """Time constant of its estimated slope [s]; 0: the ground is taken as level."""
     slope_following: float = 1.0
     """Inclination of the base as part of the ground's, 0..1 [1]."""
