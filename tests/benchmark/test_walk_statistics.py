@@ -74,8 +74,6 @@ def test_every_disturbance_makes_a_valid_trial(name, tmp_path):
     from quadpips_drake.benchmark.walk_trial import WalkTrialConfig
     from quadpips_drake.terrain.library import load_terrain
 
-    if name == "mpc_delay":
-        pytest.skip("needs tracking.mpc.delay")
     disturbance = robustness.DISTURBANCES[name]
     options, sets = disturbance.trial(0.5 * (disturbance.least + disturbance.most), "go2", tmp_path)
     config = resolve_config(WalkTrialConfig, None, {"robot": "go2", **options}, sets)
