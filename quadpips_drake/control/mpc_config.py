@@ -58,7 +58,7 @@ class MpcConfig:
 
     def is_faulty(self, time: float) -> bool:
         """Whether the solver is to fail at ``time`` [s]."""
-        return any(start <= time < start + self.fault_duration for start in self.fault_start)
+        return any(0.0 <= time - start + 1e-9 < self.fault_duration for start in self.fault_start)
 
 
 def graded_grid(first_step: float, horizon: float, intervals: int) -> np.ndarray:

@@ -1,0 +1,32 @@
+"""Closed loop: a trot goes on while the MPC's solver fails for 100 ms in mid-stride, and with late solutions."""
+
+import numpy as np
+import pytest
+
+from quadpips_drake.benchmark.walk_trial import WalkTrial, WalkTrialConfig
+
+_PERIODS = 5
+"""Updates in 100 ms at 50 Hz."""
+
+
+def _trot(**mpc):
+    config = WalkTrialConfig(velocity=[0.3, 0.0, 0.0], settle_time=0.1, duration=2.2)
+    for name, value in mpc.items():
+        setattr(config.stages.tracking.mpc, name, value)
+    trial = WalkTrial(config)
+    verdict = trial.run()
+    return trial, verdict
+
+
+@pytest.mark.parametrize("fault", [1.0, 1.1])
+def test_a_failing_solver_in_mid_stride(fault):
+    trial, verdict = _trot(fault_start=[fault], fault_duration=0.1)
+    assert verdict.reason == "upright", verdict.detail
+    assert trial.result().fallbacks["mpc"] == _PERIODS
+    assert np.abs(trial.log.arrays()["rpy_WB"][:, :2]).max() < 0.12
+
+
+def test_late_solutions():
+    trial, verdict = _trot(delay=0.02)
+    assert verdict.reason == "upright", verdict.detail
+    assert np.abs(trial.log.arrays()["rpy_WB"][:, :2]).max() < 0.12
