@@ -66,5 +66,5 @@ def _print_scores(scores: dict) -> None:
     for name in CLASSES:
         row(f"  recall {name}", "recall", name, f">= {NON_PASSABLE_RECALL}" if name == "non_passable" else "")
     row("accuracy", "accuracy", None)
-    table.add_row("inference [ms], one core", f"{scores['inference_ms']:.1f}", "", f"<= {INFERENCE_MS:g}")
+    table.add_row("inference on one core, ms", f"{scores['inference_ms']:.1f}", "", f"<= {INFERENCE_MS:g}")
     show(table)
