@@ -69,21 +69,20 @@ def make_perception_module(
     for system in chain:
         if system.HasInputPort("robot_state"):
             builder.ConnectInput("robot_state", system.GetInputPort("robot_state"))
-    if config.steppability.enabled:
-        _add_segmenter(builder, filters, normals, robot.camera(camera).X_BC, intrinsics, config, timings)
-    else:
-        builder.ExportInput(normals.GetInputPort("labels"), "labels")
-    builder.ExportOutput(normals.GetOutputPort("affordance_image"), "affordance_image")
-    builder.ExportOutput(egocan.GetOutputPort("egocan"), "egocan")
-    builder.ExportOutput(superpixels.GetOutputPort("superpixels"), "superpixels")
-    builder.ExportOutput(regions.GetOutputPort("region_set"), "region_set")
+    _connect_labels(builder, filters, normals, robot.camera(camera).X_BC, intrinsics, config, timings)
+    outputs = ((normals, "affordance_image"), (egocan, "egocan"), (superpixels, "superpixels"), (regions, "region_set"))
+    for system, port in outputs:
+        builder.ExportOutput(system.GetOutputPort(port), port)
     diagram = builder.Build()
     diagram.set_name("perception")
     return diagram
 
 
-def _add_segmenter(builder, filters, normals, X_BC, intrinsics, config, timings) -> None:
-    """Adds the network, which labels the images that ``normals`` sees, after the last of ``filters``."""
+def _connect_labels(builder, filters, normals, X_BC, intrinsics, config, timings) -> None:
+    """Exports the input for labels, or adds the network, which labels the images that ``normals`` sees."""
+    if not config.steppability.enabled:
+        builder.ExportInput(normals.GetInputPort("labels"), "labels")
+        return
     # Imported here, because torch takes its time.
     from quadpips_drake.learning.steppability_segmenter_system import SteppabilitySegmenter
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from quadpips_drake.learning.dataset import Frames, decode_depth, write_json
 from quadpips_drake.learning.label_pictures import save_picture, sheet_of_frames, stack_sheets
-from quadpips_drake.learning.metrics import confusion_matrix, mean_iou, summary
+from quadpips_drake.learning.metrics import class_iou, confusion_matrix, mean_iou, summary
 from quadpips_drake.learning.model import SteppabilityModel
 from quadpips_drake.learning.network import CLASSES
 
@@ -44,7 +44,7 @@ def score(model: SteppabilityModel, frames: Frames, on_frame: Callable[[int], No
     noisy = evaluate_frames(model, frames, on_frame=on_frame)
     clean = evaluate_frames(model, frames, clean=True, on_frame=lambda count: on_frame(len(frames) + count))
     kinds = {
-        name: round(mean_iou(noisy[frames.kind == k].sum(axis=0)), 4)
+        name: _occurring_iou(noisy[frames.kind == k].sum(axis=0))
         for k, name in enumerate(frames.scene_kinds)
         if (frames.kind == k).any()
     }
@@ -58,6 +58,11 @@ def score(model: SteppabilityModel, frames: Frames, on_frame: Callable[[int], No
         "confusion": noisy.sum(axis=0).tolist(),
         "per_frame": noisy,
     }
+
+
+def _occurring_iou(confusion: np.ndarray) -> float:
+    """Mean IoU over the classes that occur (in a kind of scene without passable things there is nothing to find)."""
+    return round(float(class_iou(confusion)[confusion.sum(axis=1) > 0].mean()), 4)
 
 
 def inference_time(model: SteppabilityModel, frames: Frames) -> float:
