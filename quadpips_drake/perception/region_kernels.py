@@ -62,6 +62,16 @@ def _extreme_pixels(members, columns):
     return result[:size]
 
 
+@njit(cache=True, inline="always")
+def _borders_ground(is_void, i, j):
+    """Whether any of the pixels around (i, j) is not void."""
+    for a in range(max(i - 1, 0), min(i + 2, is_void.shape[0])):
+        for b in range(max(j - 1, 0), min(j + 2, is_void.shape[1])):
+            if not is_void[a, b]:
+                return True
+    return False
+
+
 @njit(cache=True)
 def _find_void(points, ground, box, middle, focal, center, R, max_off_plane, polygon):
     """Returns the plane coordinates (n, 2) of pixels in ``box`` and ``polygon`` that are not ground of this plane.
@@ -85,7 +95,7 @@ def _find_void(points, ground, box, middle, focal, center, R, max_off_plane, pol
     size = 0
     for i in range(is_void.shape[0]):
         for j in range(is_void.shape[1]):
-            if is_void[i, j] and not np.all(is_void[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]):
+            if is_void[i, j] and _borders_ground(is_void, i, j):
                 x, y = _pixel_on_plane(j + u0, i + v0, middle, focal, center, R)
                 if distance_inside(polygon, x, y) > 0:
                     void[size, 0], void[size, 1] = x, y
@@ -98,7 +108,7 @@ def _roomiest_pixel(members, columns, void, middle, focal, center, R):
     """Returns (x, y, distance) of the member pixel that is furthest from all of ``void``; of many pixels, every second or
     third in either direction is tried."""
     best, best_x, best_y = -1.0, 0.0, 0.0
-    every = 1 if len(members) < 120 else (2 if len(members) < 300 else 3)
+    every = 1 if len(members) < 60 else (2 if len(members) < 200 else 3)
     for i in members:
         u, v = i % columns, i // columns
         if u % every or v % every:
@@ -144,7 +154,9 @@ def _best_cut(polygon, void, left, index, x, y, pull, room):
 @njit(cache=True)
 def _carve(polygon, void, x, y, pull, room):
     """Returns the part of ``polygon`` around (x, y) without any point of ``void``, each cut ``pull`` before the point."""
-    left = np.ones(len(void), np.bool_)
+    left = np.empty(len(void), np.bool_)
+    for k in range(len(void)):
+        left[k] = distance_inside(polygon, void[k, 0], void[k, 1]) > -pull
     for _ in range(MAX_CUTS):
         nearest, index = np.inf, -1
         for k in range(len(void)):
@@ -161,11 +173,7 @@ def _carve(polygon, void, x, y, pull, room):
         if len(polygon) == 0:
             break
         for k in range(len(void)):
-            left[k] = (
-                left[k]
-                and nx * void[k, 0] + ny * void[k, 1] < offset
-                and distance_inside(polygon, void[k, 0], void[k, 1]) > -pull
-            )
+            left[k] = left[k] and nx * void[k, 0] + ny * void[k, 1] < offset
     return np.empty((0, 2))
 
 

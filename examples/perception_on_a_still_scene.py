@@ -1,0 +1,47 @@
+"""One depth image of a standing robot, and what every stage of perception makes of it, as a picture.
+
+    python examples/perception_on_a_still_scene.py [TERRAIN] [ROBOT] [PICTURE.png]
+
+It shows how to use the perception alone: a diagram with a depth image and the robot's state going in and regions coming out.
+"""
+
+import sys
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from quadpips_drake.diagrams.perception_module import make_perception_module
+from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
+from quadpips_drake.perception.pictures import save_perception_picture
+from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.timing import StageTimings
+
+
+def main(terrain_name: str = "stairs", robot_name: str = "anymal_c", picture: str = "perception.png") -> None:
+    robot, terrain, timings = load_robot(robot_name), load_terrain(terrain_name), StageTimings()
+    builder = DiagramBuilder()
+    station = builder.AddSystem(make_simulation_station(robot, terrain, StationConfig()))
+    perception = builder.AddSystem(make_perception_module(robot, station.camera_intrinsics, timings=timings))
+    for name in ("depth_image", "robot_state"):
+        builder.Connect(station.GetOutputPort(name), perception.GetInputPort(name))
+    simulator = Simulator(builder.Build())
+    context = simulator.get_mutable_context()
+    station.set_initial_state(context, *terrain.start)
+    simulator.Initialize()
+    simulator.AdvanceTo(0.001)
+
+    own = perception.GetMyContextFromRoot(context)
+    names = ("affordance_image", "egocan", "superpixels", "region_set")
+    image, can, superpixels, regions = (perception.GetOutputPort(name).Eval(own) for name in names)
+    for region in regions.regions[:5]:
+        tilt = np.degrees(np.arccos(region.normal[2]))
+        print(f"region {region.id}: centre {np.round(region.center, 3)} m, tilted by {tilt:.1f} deg")
+    print(f"... {len(regions.regions)} regions in all")
+    save_perception_picture(picture, image, can, superpixels, regions)
+    print(f"wrote {picture}")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
