@@ -7,7 +7,7 @@ _MIN_HORIZONTAL = 0.01
 """Below this horizontal distance [m] the apex lies straight above."""
 APEX_PART = 0.6
 """Part of the chord that is behind the foot at half time: it lands more slowly than it leaves."""
-_OTHER_PARTS = (0.45, 0.3, 0.75)
+_OTHER_PARTS = (0.45, 0.3, 0.75, 0.15, 0.85)
 """Where else the apex may be to clear an edge close to one end."""
 _HEIGHT_STEP = 0.01
 """[m]"""

@@ -87,7 +87,7 @@ def test_ground_profile_follows_regions_and_expects_steps():
 
 
 @pytest.mark.parametrize("rise", [-0.15, -0.1, 0.1, 0.15])
-@pytest.mark.parametrize("edge", [0.15, 0.3, 0.5, 0.7, 0.85])
+@pytest.mark.parametrize("edge", [0.08, 0.15, 0.3, 0.5, 0.7, 0.85, 0.92])
 def test_swings_clear_the_edges_of_steps(rise, edge):
     p1 = P0 + np.array([0.3, 0.0, rise])
     parts = np.linspace(0.0, 1.0, 25)
