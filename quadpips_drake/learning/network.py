@@ -5,7 +5,7 @@ QuadPiPS section V-B.7, in small: the backbone is a stack of inverted residuals 
 enters with each 2 x 2 block of pixels folded into channels, so that no layer runs at full resolution.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import torch
 from torch import nn
@@ -26,21 +26,20 @@ class NetworkConfig:
 
     stem: int = 24
     """Channels at half resolution."""
-    widths: tuple[int, int, int] = (24, 40, 64)
+    widths: list[int] = field(default_factory=lambda: [24, 40, 64])
     """Channels at a quarter, an eighth and a sixteenth of the resolution."""
-    blocks: tuple[int, int, int] = (2, 3, 4)
+    blocks: list[int] = field(default_factory=lambda: [2, 3, 4])
     """Inverted residuals at these resolutions."""
     expansion: int = 3
     """Channels inside an inverted residual per channel outside."""
     pyramid: int = 64
     """Channels of the atrous spatial pyramid."""
-    rates: tuple[int, int, int] = (2, 4, 6)
+    rates: list[int] = field(default_factory=lambda: [2, 4, 6])
     """Atrous rates of the pyramid."""
     decoder: int = 24
     """Channels of the decoder."""
 
     def __post_init__(self):
-        self.widths, self.blocks, self.rates = tuple(self.widths), tuple(self.blocks), tuple(self.rates)
         numbers = (self.stem, *self.widths, *self.blocks, self.expansion, self.pyramid, *self.rates, self.decoder)
         if not all(isinstance(n, int) and 1 <= n <= 1024 for n in numbers) or not (
             len(self.widths) == len(self.blocks) == len(self.rates) == 3

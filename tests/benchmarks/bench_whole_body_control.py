@@ -24,14 +24,15 @@ from tests.control.plant_dynamics import PlantDynamics
 from tests.control.trotting import mid_trot
 
 VARIANTS = {
-    "weighted, proxqp_dense (default)": {},
+    "weighted, piqp_direct (default)": {},
+    "weighted, proxqp_dense": {"solver": "proxqp_dense"},
     "weighted, proxqp by MathematicalProgram": {"solver": "proxqp"},
     "weighted, piqp_dense by MathematicalProgram": {"solver": "piqp_dense"},
     "weighted, osqp by MathematicalProgram": {"solver": "osqp"},
     "weighted, clarabel by MathematicalProgram": {"solver": "clarabel"},
-    "weighted with joint stops, proxqp_dense": {"joint_stops": True},
-    "hierarchical, proxqp_dense": {"method": "hierarchical"},
-    "hierarchical with joint stops, proxqp_dense": {"method": "hierarchical", "joint_stops": True},
+    "weighted with joint stops": {"joint_stops": True},
+    "hierarchical": {"method": "hierarchical"},
+    "hierarchical with joint stops": {"method": "hierarchical", "joint_stops": True},
 }
 TICKS = 400
 _rows = []

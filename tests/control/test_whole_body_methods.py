@@ -11,7 +11,7 @@ from quadpips_drake.control.robot_dynamics import RobotDynamics
 from quadpips_drake.control.whole_body_assembly import WeightedAssembly
 from quadpips_drake.control.whole_body_config import WbcConfig
 from quadpips_drake.control.whole_body_control import WholeBodyCommand, WholeBodyControl
-from quadpips_drake.control.whole_body_qp import QpSolution
+from quadpips_drake.control.whole_body_qp import QpSolution, make_whole_body_qp
 from quadpips_drake.control.whole_body_tasks import Level, Limits, Task, joint_stops
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import load_robot
@@ -202,3 +202,22 @@ def test_stops_act_like_a_critically_damped_spring():
 def test_unknown_methods_are_refused():
     with pytest.raises(UserInputError, match="weighted"):
         WbcConfig(method="democratic")
+
+
+def test_the_direct_solver_repeats_itself_to_the_bit():
+    rng = np.random.default_rng(0)
+    root, C = rng.standard_normal((30, 30)), rng.standard_normal((44, 30))
+    problem = (root @ root.T + 30.0 * np.eye(30), rng.standard_normal(30), rng.standard_normal((6, 30)), rng.standard_normal(6), C)
+    bounds, keep = (np.full(44, -3.0), np.full(44, 3.0)), []
+    solvers = [make_whole_body_qp("piqp_direct", 30, 6, 44)]
+    first = solvers[0].solve(*problem, *bounds)
+    assert first.success
+    other = solvers[0].solve(2.0 * problem[0], *problem[1:], *bounds)
+    assert not np.array_equal(other.x, first.x)
+    for size in range(20):
+        keep.append(np.zeros(100 + 37 * size))  # moves what is allocated next
+        solvers.append(make_whole_body_qp("piqp_direct", 30, 6, 44))
+    for solver in solvers:
+        assert np.array_equal(solver.solve(*problem, *bounds).x, first.x)
+    proxqp = make_whole_body_qp("proxqp_dense", 30, 6, 44).solve(*problem, *bounds)
+    np.testing.assert_allclose(first.x, proxqp.x, atol=1e-3)
