@@ -14,8 +14,8 @@ class WbcConfig:
     method: str = "weighted"
     """How tasks are ranked: weighted (one program, errors are traded by weight) or hierarchical (strictly by priority)."""
     solver: str = "piqp_direct"
-    """Solver of the quadratic program: piqp_direct (repeatable to the bit), proxqp_dense (warm-started, half the time, not
-    repeatable), or any of the registry (proxqp, osqp, clarabel, ...)."""
+    """Solver of the quadratic program: piqp_direct (repeatable to the bit), proxqp_dense (warm-started, not repeatable
+    to the bit), or any of the registry (proxqp, osqp, clarabel, ...)."""
     friction: float = 0.6
     """Friction coefficient mu that the forces respect [1]."""
     max_force_ratio: float = 1.5

@@ -207,7 +207,13 @@ def test_unknown_methods_are_refused():
 def test_the_direct_solver_repeats_itself_to_the_bit():
     rng = np.random.default_rng(0)
     root, C = rng.standard_normal((30, 30)), rng.standard_normal((44, 30))
-    problem = (root @ root.T + 30.0 * np.eye(30), rng.standard_normal(30), rng.standard_normal((6, 30)), rng.standard_normal(6), C)
+    problem = (
+        root @ root.T + 30.0 * np.eye(30),
+        rng.standard_normal(30),
+        rng.standard_normal((6, 30)),
+        rng.standard_normal(6),
+        C,
+    )
     bounds, keep = (np.full(44, -3.0), np.full(44, 3.0)), []
     solvers = [make_whole_body_qp("piqp_direct", 30, 6, 44)]
     first = solvers[0].solve(*problem, *bounds)
