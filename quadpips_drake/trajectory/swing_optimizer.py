@@ -110,9 +110,9 @@ def no_swing_plan(stamp: float = -np.inf, request_id: int = 0, reason: str = "",
 class SwingOptimizer:
     """Optimises the swings of a foothold plan one after the other; each starts where the last one ended.
 
-    When the SQP does not converge to a feasible point, the swing's kinematic reference (cubic base motion, splines, inverse
-    kinematics) takes its place if all legs reach; it is counted as a fallback. A target that no leg configuration reaches,
-    or a foot that misses its foothold, ends the plan before that swing, with the reason.
+    When the SQP does not converge to a feasible point, or a foot would miss its foothold, the swing's kinematic reference
+    (cubic base motion, splines, inverse kinematics) takes its place if all legs reach; it is counted as a fallback. A target
+    that no leg configuration reaches, or a foot that misses even so, ends the plan before that swing, with the reason.
     """
 
     def __init__(self, robot: RobotModel, config: SwingOptimizerConfig | None = None):
@@ -204,7 +204,11 @@ class SwingOptimizer:
                 if not reached:
                     status = f"optimisation failed ({solution.status}) and the legs do not reach"
         landing = self._landing_error(piece[0][-1], setup)
-        if landing > self.config.max_landing_error and status != "kinematic":
+        if landing > self.config.max_landing_error and reached:
+            # The optimiser gave the foothold up for something else; the kinematic reference lands on it.
+            piece, status = (task.x_ref, task.u_ref), "kinematic"
+            landing = self._landing_error(piece[0][-1], setup)
+        if landing > self.config.max_landing_error:
             status = f"a foot would land {100 * landing:.1f} cm from its foothold"
         report = SwingReport(
             setup.legs,
