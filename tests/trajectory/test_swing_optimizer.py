@@ -1,5 +1,7 @@
 """From foothold plans to whole-body references."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
@@ -37,6 +39,15 @@ def test_all_swings_converge(trot):
     assert [report.status for report in result.reports] == ["converged"] * len(plan.swing_legs)
     assert max(report.landing_error for report in result.reports) < 0.02
     assert result.elapsed > 0
+
+
+def test_a_swing_that_would_miss_its_foothold_becomes_kinematic(optimizer):
+    strict = SwingOptimizer(optimizer.robot, replace(optimizer.config, max_landing_error=1e-5, refinement_iterations=0))
+    plan = uneven_plan(optimizer.robot, step=STEPS[optimizer.robot.name])
+    result = strict.optimize(optimizer.model.nominal_state(), plan)
+    kinematic = [report for report in result.reports if report.status == "kinematic"]
+    assert result.fallbacks == len(kinematic) >= 1
+    assert max(report.landing_error for report in kinematic) < 1e-5
 
 
 def test_one_clock(trot):
