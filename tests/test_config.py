@@ -199,4 +199,6 @@ def test_every_configuration_of_the_package_survives_saving_and_loading(tmp_path
 def test_the_defaults_of_a_robot_fit(robot):
     from quadpips_drake.diagrams.quadpips import QuadpipsConfig
 
-    load_config(QuadpipsConfig, [robot_defaults_layer(robot)])
+    layer = robot_defaults_layer(robot)
+    config = load_config(QuadpipsConfig, [layer])
+    assert (config != QuadpipsConfig()) == bool(layer.data)
