@@ -2,8 +2,12 @@
 
 import typer
 
-from quadpips_drake.cli import evaluate_network, evaluate_perception
+from quadpips_drake.cli import evaluate_network, evaluate_perception, evaluate_tracking
 
-app = typer.Typer(no_args_is_help=True, help="Score perception and the steppability network against the truth.")
+app = typer.Typer(
+    no_args_is_help=True, help="Score perception and the steppability network against the truth, and study walking."
+)
 app.command("perception", epilog=evaluate_perception.EPILOG)(evaluate_perception.perception)
 app.command("network", epilog=evaluate_network.EPILOG)(evaluate_network.network)
+app.command("gaits", epilog=evaluate_tracking.EPILOG_GAITS)(evaluate_tracking.gaits)
+app.command("robustness", epilog=evaluate_tracking.EPILOG_ROBUSTNESS)(evaluate_tracking.robustness)

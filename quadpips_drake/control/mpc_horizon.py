@@ -25,8 +25,13 @@ class StandingPose(ImmutableValue):
 
 
 def standing_pose(state: RobotState, robot) -> StandingPose:
-    """The nominal base pose above the present feet: centred, at nominal height, inclined half as much as their plane."""
+    """The nominal base pose above the present feet: centred, at nominal height, inclined half as much as their plane.
+
+    Feet in the air are taken for where they will find the ground: as low as those that touch it, or as the lowest one.
+    """
     feet = state.p_WB + robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
+    ground = feet[state.contacts, 2].mean() if state.contacts.any() else feet[:, 2].min()
+    feet[~state.contacts, 2] = ground
     yaw = float(state.rpy_WB[2])
     c, s = np.cos(yaw), np.sin(yaw)
     heading = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

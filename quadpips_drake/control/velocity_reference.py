@@ -20,6 +20,8 @@ from quadpips_drake.values import ImmutableValue
 GRAVITY = 9.81
 STILL = 1e-3
 """Speeds below this [m/s, rad/s] count as standing."""
+_SAME_TIME = 1e-4
+"""Touch-downs closer than this are the same [s]."""
 STANCE = "stance"
 """Name of the gait without swings."""
 
@@ -52,6 +54,9 @@ class VelocityReferenceConfig:
     """Below what feet are placed: 1 the measured base, 0 its reference, and anything in between [1]."""
     max_correction: float = 0.15
     """Largest correction of a foothold [m]."""
+    settled_phase: float = 0.8
+    """Part of a swing after which its foothold is not moved any more, 0..1 [1]: the foot could no longer follow. 1: it moves
+    until touch-down."""
     max_stride_ratio: float = 0.45
     """How far a foot may move ahead of its hip and behind it, as part of the hip's height [1]; commands that need more in
     the given gait are scaled down."""
@@ -76,6 +81,8 @@ class VelocityReferenceConfig:
         ):
             if getattr(self, name) < 0.0:
                 raise UserInputError(f"velocity_reference.{name} must not be negative, is {getattr(self, name)}")
+        if not 0.0 <= self.settled_phase <= 1.0:
+            raise UserInputError(f"velocity_reference.settled_phase must be 0..1, is {self.settled_phase}")
         if not 0.0 <= self.slope_following <= 1.0:
             raise UserInputError(f"velocity_reference.slope_following must be 0..1, is {self.slope_following}")
 
@@ -145,7 +152,8 @@ class VelocityWalk:
         pose = self._leashed(pose, state) if walking else pose
         touched, ground = self._ground(memory, state, timeline, dt)
         schedule = timeline.schedule(now, now + c.horizon + timeline.gait.duration)
-        reference = self._reference(now, pose, velocity, ground, schedule, state)
+        settled = self._settled(memory.reference, now)
+        reference = self._reference(now, pose, velocity, ground, schedule, state, settled)
         still_since = min(memory.still_since, now) if still else np.inf
         return WalkMemory(now, pose, velocity, timeline, touched, ground, still_since, reference)
 
@@ -157,7 +165,7 @@ class VelocityWalk:
         touched = feet - [0.0, 0.0, self._robot.foot_radius]
         ground = fitted_plane(touched, centre)
         pose = np.array([*centre, state.rpy_WB[2]])
-        return WalkMemory(state.stamp, pose, np.zeros(3), memory.timeline, touched, ground, state.stamp)
+        return WalkMemory(state.stamp, pose, np.zeros(3), memory.timeline, touched, ground, state.stamp, memory.reference)
 
     def _timeline(self, memory: WalkMemory, gait: Gait, now: float) -> GaitTimeline:
         """The timeline with the wanted gait; before a stop the robot steps on the spot for a cycle, to order its feet."""
@@ -199,7 +207,16 @@ class VelocityWalk:
         gains = [1.0 - np.exp(-dt / time) if time > 0.0 else 0.0 for time in (c.ground_filter_time, c.slope_filter_time)]
         return touched, memory.ground.improved(touched, state.p_WB[:2], *gains)
 
-    def _reference(self, now, pose, velocity, ground: GroundPlane, schedule: ContactSchedule, state) -> WholeBodyReference:
+    def _settled(self, reference: WholeBodyReference, now: float) -> dict:
+        """Footholds of the last reference whose swings are nearly over, by leg."""
+        phase = self._config.settled_phase
+        return {
+            target.leg: target
+            for target in reference.footholds
+            if target.liftoff_time + phase * (target.touchdown_time - target.liftoff_time) < now < target.touchdown_time
+        }
+
+    def _reference(self, now, pose, velocity, ground, schedule: ContactSchedule, state, settled) -> WholeBodyReference:
         c = self._config
         times = now + np.arange(0.0, c.horizon + c.sample_time, c.sample_time)
         states = np.zeros((len(times), 24))
@@ -215,11 +232,11 @@ class VelocityWalk:
         down = schedule.stance[np.searchsorted(schedule.event_times, times, side="right")]
         inputs = weight_bearing_inputs(down, self._robot.mass)
         states[:, 12 : 12 + NUM_JOINTS] = self._robot.nominal_joints
-        footholds = self._footholds(now, pose, velocity, ground, schedule, state)
+        footholds = self._footholds(now, pose, velocity, ground, schedule, state, settled)
         return WholeBodyReference(now, 1, times, states, inputs, schedule, footholds)
 
-    def _footholds(self, now, pose, velocity, ground: GroundPlane, schedule: ContactSchedule, state) -> tuple:
-        """FootholdTargets of all swings that touch down within the horizon."""
+    def _footholds(self, now, pose, velocity, ground, schedule: ContactSchedule, state, settled: dict) -> tuple:
+        """FootholdTargets of all swings that touch down within the horizon; those in ``settled``, by leg, stay."""
         c = self._config
         drift = state.v_WB[:2] - yaw_matrix(pose[2])[:2, :2] @ velocity[:2]
         correction = c.velocity_feedback * np.sqrt(self._height / GRAVITY) * drift
@@ -232,6 +249,9 @@ class VelocityWalk:
             swings = schedule.swings(leg)
             for i, (liftoff, touchdown) in enumerate(swings):
                 if touchdown < now - 0.5 or liftoff > now + c.horizon:
+                    continue
+                if leg in settled and abs(settled[leg].touchdown_time - touchdown) < _SAME_TIME:
+                    targets.append(settled[leg])
                     continue
                 stance = swings[i + 1][0] - touchdown if i + 1 < len(swings) else 0.0
                 x, y, yaw = advance(pose, velocity, touchdown + 0.5 * stance - now)

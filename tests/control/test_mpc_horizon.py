@@ -1,5 +1,7 @@
 """The MPC's view of the future: grid, reference samples, feet."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -43,6 +45,19 @@ def test_the_standing_pose_of_the_nominal_stance_is_nominal(name):
     pose = horizon.standing_pose(state, robot)
     assert pose.p_WB == pytest.approx(state.p_WB, abs=1e-3)
     assert pose.rpy_WB == pytest.approx(np.zeros(3), abs=1e-3)
+
+
+def test_feet_in_the_air_do_not_lift_the_standing_pose():
+    robot = load_robot("anymal_c")
+    state = standing_state(robot)
+    joints = state.joint_positions.copy()
+    in_the_air = robot.nominal_footholds_B[Leg.LF] + [0.0, 0.0, 0.15]
+    joints[:3], reached = robot.leg_inverse_kinematics_B(Leg.LF, in_the_air)
+    assert reached
+    contacts = np.array([False, True, True, True])
+    pose = horizon.standing_pose(replace(state, joint_positions=joints, contacts=contacts), robot)
+    assert pose.p_WB == pytest.approx(state.p_WB, abs=2e-3)
+    assert pose.rpy_WB == pytest.approx(np.zeros(3), abs=2e-3)
 
 
 def test_swings_lead_from_the_feet_over_the_targets():

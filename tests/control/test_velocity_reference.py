@@ -99,3 +99,24 @@ def test_feet_are_placed_below_the_robot_and_against_its_drift():
     for a, b in zip(moved, pushed, strict=True):
         assert a.position[1] == pytest.approx(0.05 + ROBOT.nominal_footholds_B[a.leg, 1], abs=2e-3)
         assert b.position[1] - a.position[1] == pytest.approx(0.3 * np.sqrt(height / 9.81), rel=1e-6)
+
+
+def test_a_foothold_does_not_move_any_more_late_in_its_swing():
+    walk = VelocityWalk(ROBOT)
+    memory = _follow(walk, WalkMemory.empty(), [0.3, 0.0, 0.0], "trot", 0.0, 2.0)
+    moves = {"early": [], "late": []}
+    for now in np.arange(2.0, 3.0, 0.02):
+        pushed = replace(
+            standing_state(ROBOT, now),
+            p_WB=np.array([*memory.pose[:2], ROBOT.nominal_base_height]),
+            v_WB=np.array([0.3, np.sin(40.0 * now), 0.0]),
+        )
+        before = {(t.leg, round(t.touchdown_time, 3)): t for t in memory.reference.footholds}
+        memory = walk.update(memory, pushed, np.array([0.3, 0.0, 0.0]), load_gait("trot"))
+        for target in memory.reference.footholds:
+            last = before.get((target.leg, round(target.touchdown_time, 3)))
+            phase = (now - target.liftoff_time) / (target.touchdown_time - target.liftoff_time)
+            if last is not None and 0.0 < phase < 1.0:
+                moves["late" if phase > 0.8 else "early"].append(np.abs(target.position - last.position).max())
+    assert max(moves["early"]) > 0.01
+    assert max(moves["late"]) == 0.0

@@ -1,0 +1,53 @@
+"""Many trials by several processes, each result kept as soon as it is there: what has been computed is never lost."""
+
+import json
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import track
+
+from quadpips_drake.errors import UserInputError
+
+
+def load_results(store: Path) -> dict:
+    """The results in ``store``; none if there is no such file. Raises UserInputError when it cannot be read."""
+    if not store.exists():
+        return {}
+    try:
+        results = json.loads(store.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise UserInputError(f"{store} is no file of results ({error}); remove it or choose another --out") from None
+    if not isinstance(results, dict):
+        raise UserInputError(f"{store} is no file of results; remove it or choose another --out")
+    return results
+
+
+def run_study(jobs: dict[str, Callable], store: Path, results: dict, *, workers: int, description: str) -> dict:
+    """Runs ``jobs`` and writes their results into ``store`` (JSON) one by one.
+
+    Args:
+        jobs: by key what to call; must pickle.
+        store: the file.
+        results: those of earlier runs, by key; they are kept, and replaced where a job has the same key.
+        workers: processes at the same time.
+        description: for the progress bar.
+
+    Returns: all results. A job that ends in a UserInputError has none, its message is printed.
+    """
+    console = Console(stderr=True)
+    results = dict(results)
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        running = {pool.submit(job): key for key, job in jobs.items()}
+        for job in track(as_completed(running), description, total=len(running), console=console):
+            try:
+                results[running[job]] = job.result()
+            except UserInputError as error:
+                console.print(f"{running[job]}: {error}", highlight=False)
+                continue
+            temporary = store.with_suffix(".part")
+            temporary.write_text(json.dumps(results, indent=1), encoding="utf-8")
+            temporary.replace(store)
+    return results
