@@ -241,10 +241,9 @@ class VelocityWalk:
         drift = state.v_WB[:2] - yaw_matrix(pose[2])[:2, :2] @ velocity[:2]
         correction = c.velocity_feedback * np.sqrt(self._height / GRAVITY) * drift
         correction = correction * min(1.0, c.max_correction / max(np.sqrt(correction @ correction), 1e-9))
-        normal = ground.normal
-        pose = pose.copy()
-        pose[:2] += c.foothold_anchor * (state.p_WB[:2] - pose[:2])
-        targets = []
+        anchor = pose.copy()
+        anchor[:2] += c.foothold_anchor * (state.p_WB[:2] - pose[:2])
+        targets, free = [], []
         for leg in Leg:
             swings = schedule.swings(leg)
             for i, (liftoff, touchdown) in enumerate(swings):
@@ -254,13 +253,23 @@ class VelocityWalk:
                     targets.append(settled[leg])
                     continue
                 stance = swings[i + 1][0] - touchdown if i + 1 < len(swings) else 0.0
-                x, y, yaw = advance(pose, velocity, touchdown + 0.5 * stance - now)
-                position = np.array([x, y, 0.0]) + yaw_matrix(yaw) @ self._footholds_B[leg]
-                position[:2] += correction
-                position[2] = ground.at(position[:2])
-                position += self._robot.foot_radius * normal
-                targets.append(FootholdTarget(leg, liftoff, touchdown, position, normal))
+                free.append((leg, liftoff, touchdown, touchdown + 0.5 * stance - now))
+        if free:
+            poses = advance(anchor, velocity, np.array([ahead for *_, ahead in free]))
+            positions = self._below(poses, [leg for leg, *_ in free], correction, ground)
+            for (leg, liftoff, touchdown, _), position in zip(free, positions, strict=True):
+                targets.append(FootholdTarget(leg, liftoff, touchdown, position, ground.normal))
         return tuple(sorted(targets, key=lambda target: target.touchdown_time))
+
+    def _below(self, poses: np.ndarray, legs: list, correction: np.ndarray, ground: GroundPlane) -> np.ndarray:
+        """Foot centres (n, 3) on the ground below bases at ``poses`` (x, y, yaw) (n, 3), moved by ``correction`` (2,)."""
+        cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+        nominal = self._footholds_B[legs]
+        positions = np.empty((len(poses), 3))
+        positions[:, 0] = poses[:, 0] + cos * nominal[:, 0] - sin * nominal[:, 1] + correction[0]
+        positions[:, 1] = poses[:, 1] + sin * nominal[:, 0] + cos * nominal[:, 1] + correction[1]
+        positions[:, 2] = ground.at(positions[:, :2])
+        return positions + self._robot.foot_radius * ground.normal
 
 
 @cache
