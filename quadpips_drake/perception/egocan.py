@@ -7,8 +7,12 @@ when |y|/rho < v_fov/2 with rho = sqrt(x^2 + z^2), and else, below the camera, t
 Where we depart from the paper. It moves the content of every pixel into the next can (equation 3); points that meet in one
 pixel are lost and the floor behind the robot thins out within a few steps. We keep each measured piece of ground where it
 was measured, in a window of small square cells that is fixed to the world and travels with the robot cell by cell
-(perception.ground_memory), and draw the cap from it in one go: the same rays and the same nearest-surface rule, but each
-piece of ground is resampled once and not once per frame. The points of the cylinder are moved exactly as in equation 3.
+(perception.ground_memory), and draw the cap from it in one go, so that each piece of ground is resampled once and not once
+per frame. The points of the cylinder are moved exactly as in equation 3.
+
+The cap is drawn straight down (``cap_pixel``), not along the rays of equation 4: on the way up stairs those rays are
+blocked by each tread's edge, which hides more than a third of the next tread behind the robot although the camera saw it.
+With ``cap_pixel: 0`` the rays are the paper's.
 """
 
 from dataclasses import dataclass, field
@@ -25,6 +29,7 @@ from quadpips_drake.perception.ground_memory import (
     scroll_to,
 )
 from quadpips_drake.perception.images import AffordanceImage, EgocanImage
+from quadpips_drake.perception.parallel_cap import draw_parallel_cap
 from quadpips_drake.values import ImmutableValue
 
 
@@ -37,6 +42,8 @@ class EgocanConfig:
     heights of the camera: 2.5 at 45 deg, which reaches behind the hind feet of ANYmal C with its front camera."""
     cap_size: int = 256
     """Width and height of the cap [pixels]."""
+    cap_pixel: float = 0.0125
+    """Side of a pixel of the cap [m], which is drawn straight down; 0 draws it along the rays of equation 4."""
     cylinder_width: int = 256
     """Columns of the cylinder, over 360 deg [pixels]."""
     cylinder_height: int = 120
@@ -56,6 +63,8 @@ class EgocanConfig:
             raise UserInputError(f"egocan: v_fov must be within 0.785..1.571 rad, got {self.v_fov}")
         if min(self.cap_size, self.cylinder_width, self.cylinder_height) < 16 or self.cylinder_stride < 1:
             raise UserInputError("egocan: images need at least 16 pixels a side and a stride of at least 1")
+        if not 0 <= self.cap_pixel <= 0.1:
+            raise UserInputError(f"egocan: cap_pixel must be within 0..0.1 m, got {self.cap_pixel}")
         if min(self.period, self.max_jump, self.max_turn) <= 0:
             raise UserInputError("egocan: period, max_jump and max_turn must be positive")
 
@@ -181,18 +190,11 @@ def draw_egocan(memory: EgocanMemory, config: EgocanConfig) -> EgocanImage:
     normals = np.full((size, size, 3), np.nan, np.float32)
     labels = np.zeros((size, size), np.uint8)
     ground = memory.ground
-    kernels.draw_cap(
-        ground.height,
-        ground.normal,
-        ground.label,
-        ground.first_cell,
-        config.ground.cell,
-        memory.X_WE,
-        config.cap_focal,
-        height,
-        normals,
-        labels,
-    )
+    cells = (ground.height, ground.normal, ground.label, ground.first_cell, config.ground.cell)
+    if config.cap_pixel > 0:
+        draw_parallel_cap(*cells, memory.X_WE, config.cap_focal, config.cap_pixel, height, normals, labels)
+    else:
+        kernels.draw_cap(*cells, memory.X_WE, config.cap_focal, height, normals, labels)
     height[~np.isfinite(height)] = np.nan
     R_WE = memory.X_WE[:3, :3].astype(np.float32)
     p_E = (memory.cylinder_points - memory.X_WE[:3, 3].astype(np.float32)) @ R_WE
@@ -204,6 +206,7 @@ def draw_egocan(memory: EgocanMemory, config: EgocanConfig) -> EgocanImage:
         cap_normals=normals,
         cap_labels=labels,
         cap_focal=config.cap_focal,
+        cap_pixel=config.cap_pixel,
         cylinder_normals=memory.cylinder_normals @ R_WE,
         cylinder_labels=memory.cylinder_labels,
     )

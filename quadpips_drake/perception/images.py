@@ -1,6 +1,6 @@
 """Images that travel between the stages of perception."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -78,10 +78,18 @@ class EgocanImage(ImmutableValue):
     cap_focal: float
     """Pixels per unit of x/|y| on the cap: u = cap_focal x/|y| + w_cap/2, v = cap_focal z/|y| + h_cap/2, where integers are
     the centres of pixels."""
+    cap_pixel: float = 0.0
+    """Side of a pixel [m] of a cap that is drawn straight down (parallel projection): u = x/cap_pixel + w_cap/2, v likewise
+    with z. 0: central projection with ``cap_focal``."""
     cylinder_normals: np.ndarray | None = None
     """Unit normals in E, float32 (h_cyl, w_cyl, 3); NaN where unknown."""
     cylinder_labels: np.ndarray | None = None
     """Steppability, uint8 (h_cyl, w_cyl)."""
+
+    @property
+    def cap_rays(self) -> np.ndarray:
+        """(a, b) [m, 1], (2,): pixel (u, v) shows x = (u - w_cap/2) (a + b |y|) and z = (v - h_cap/2) (a + b |y|)."""
+        return np.array([self.cap_pixel, 0.0]) if self.cap_pixel > 0 else np.array([0.0, 1.0 / self.cap_focal])
 
     @staticmethod
     def empty() -> "EgocanImage":
@@ -116,8 +124,8 @@ class SuperpixelImage(ImmutableValue):
     """Cluster normals in E, unit, (k, 3)."""
     labels: np.ndarray
     """Steppability per cluster, uint8 (k,)."""
-    cap_focal: float = 1.0
-    """Pixels per unit of x/|y| on the cap (see EgocanImage)."""
+    cap_rays: np.ndarray = field(default_factory=lambda: np.array([0.0, 1.0]))
+    """Where the pixels' rays run (see EgocanImage), (2,)."""
     healthy: np.ndarray | None = None
     """Whether a pixel passed the health check, bool (h_cap, w_cap)."""
 

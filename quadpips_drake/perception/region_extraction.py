@@ -59,7 +59,7 @@ def extract_regions(superpixels: SuperpixelImage, foot_radius: float, config: Re
         _fill_specks(superpixels.healthy, config.max_speck),
         superpixels.centers,
         superpixels.normals,
-        superpixels.cap_focal,
+        superpixels.cap_rays,
         clearance,
         config.overlap,
         config.min_radius,

@@ -37,12 +37,13 @@ def plane_frame(normal, x_hint):
 
 
 @njit(cache=True, inline="always")
-def _pixel_on_plane(u, v, middle, focal, center, R):
+def _pixel_on_plane(u, v, middle, rays, center, R):
     """Returns (x, y) where the ray of pixel (u, v) meets the plane through ``center`` spanned by R's x and y axes."""
-    a, c = (u - middle) / focal, (v - middle) / focal
+    a, c = (u - middle) * rays[1], (v - middle) * rays[1]
+    x, z = (u - middle) * rays[0], (v - middle) * rays[0]
     along = R[0, 2] * a + R[1, 2] + R[2, 2] * c
-    t = (R[0, 2] * center[0] + R[1, 2] * center[1] + R[2, 2] * center[2]) / along
-    d0, d1, d2 = t * a - center[0], t - center[1], t * c - center[2]
+    t = (R[0, 2] * (center[0] - x) + R[1, 2] * center[1] + R[2, 2] * (center[2] - z)) / along
+    d0, d1, d2 = x + t * a - center[0], t - center[1], z + t * c - center[2]
     return d0 * R[0, 0] + d1 * R[1, 0] + d2 * R[2, 0], d0 * R[0, 1] + d1 * R[1, 1] + d2 * R[2, 1]
 
 
@@ -73,7 +74,7 @@ def _borders_ground(is_void, i, j):
 
 
 @njit(cache=True)
-def _find_void(points, ground, box, middle, focal, center, R, max_off_plane, polygon):
+def _find_void(points, ground, box, middle, rays, center, R, max_off_plane, polygon):
     """Returns the plane coordinates (n, 2) of pixels in ``box`` and ``polygon`` that are not ground of this plane.
 
     That is what is not in the mask ``ground``, or known (not NaN) and further off the plane than ``max_off_plane``. Only
@@ -96,7 +97,7 @@ def _find_void(points, ground, box, middle, focal, center, R, max_off_plane, pol
     for i in range(is_void.shape[0]):
         for j in range(is_void.shape[1]):
             if is_void[i, j] and _borders_ground(is_void, i, j):
-                x, y = _pixel_on_plane(j + u0, i + v0, middle, focal, center, R)
+                x, y = _pixel_on_plane(j + u0, i + v0, middle, rays, center, R)
                 if distance_inside(polygon, x, y) > 0:
                     void[size, 0], void[size, 1] = x, y
                     size += 1
@@ -104,7 +105,7 @@ def _find_void(points, ground, box, middle, focal, center, R, max_off_plane, pol
 
 
 @njit(cache=True)
-def _roomiest_pixel(members, columns, void, middle, focal, center, R):
+def _roomiest_pixel(members, columns, void, middle, rays, center, R):
     """Returns (x, y, distance) of the member pixel that is furthest from all of ``void``; of many pixels, every second or
     third in either direction is tried."""
     best, best_x, best_y = -1.0, 0.0, 0.0
@@ -113,7 +114,7 @@ def _roomiest_pixel(members, columns, void, middle, focal, center, R):
         u, v = i % columns, i // columns
         if u % every or v % every:
             continue
-        x, y = _pixel_on_plane(u, v, middle, focal, center, R)
+        x, y = _pixel_on_plane(u, v, middle, rays, center, R)
         nearest = np.inf
         for k in range(len(void)):
             nearest = min(nearest, (void[k, 0] - x) ** 2 + (void[k, 1] - y) ** 2)
@@ -179,7 +180,7 @@ def _carve(polygon, void, x, y, pull, room):
 
 @njit(cache=True)
 def carve_regions(
-    assignment, points, ground, centers, normals, focal, clearance, overlap, min_radius, max_off_plane, max_vertices, x_hint
+    assignment, points, ground, centers, normals, rays, clearance, overlap, min_radius, max_off_plane, max_vertices, x_hint
 ):
     """Returns (frames X_ER (k, 4, 4), boundaries (k, MAX_VERTICES, 2), their sizes, insets, their sizes, clusters (k,))."""
     columns = assignment.shape[1]
@@ -198,7 +199,7 @@ def carve_regions(
         R = plane_frame(normals[c].copy(), x_hint)
         members = pixels[first[c] : first[c + 1]]
         boundary, inset = _carve_one(
-            members, points, ground, center, R, middle, focal, clearance, overlap, min_radius, max_off_plane, max_vertices
+            members, points, ground, center, R, middle, rays, clearance, overlap, min_radius, max_off_plane, max_vertices
         )
         area, x, y = area_and_centroid(inset)
         if area <= 0 or distance_inside(inset, x, y) < min_radius:
@@ -219,7 +220,7 @@ def carve_regions(
 
 @njit(cache=True)
 def _carve_one(
-    members, points, ground, center, R, middle, focal, clearance, overlap, min_radius, max_off_plane, max_vertices
+    members, points, ground, center, R, middle, rays, clearance, overlap, min_radius, max_off_plane, max_vertices
 ):
     """Returns (boundary, inset) of one superpixel in the plane (center, R); empty when there is no room for a foot."""
     columns = ground.shape[1]
@@ -227,11 +228,11 @@ def _carve_one(
     corners = _extreme_pixels(members, columns)
     on_plane = np.empty((len(corners), 2))
     for k in range(len(corners)):
-        on_plane[k] = _pixel_on_plane(corners[k, 0], corners[k, 1], middle, focal, center, R)
+        on_plane[k] = _pixel_on_plane(corners[k, 0], corners[k, 1], middle, rays, center, R)
     hull = convex_hull(on_plane)
     if len(hull) == 0:
         return nothing, nothing
-    pixel = center[1] / focal
+    pixel = rays[0] + rays[1] * center[1]
     reach = int(np.ceil(1.5 * (clearance + overlap) / pixel)) + 1
     box = (
         int(corners[:, 0].min()) - reach,
@@ -239,10 +240,10 @@ def _carve_one(
         int(corners[:, 1].min()) - reach,
         int(corners[:, 1].max()) + reach,
     )
-    void = _find_void(points, ground, box, middle, focal, center, R, max_off_plane, grow(hull, clearance + overlap + pixel))
+    void = _find_void(points, ground, box, middle, rays, center, R, max_off_plane, grow(hull, clearance + overlap + pixel))
     boundary = grow(hull, clearance + overlap)
     if len(void) > 0:
-        x, y, room = _roomiest_pixel(members, columns, void, middle, focal, center, R)
+        x, y, room = _roomiest_pixel(members, columns, void, middle, rays, center, R)
         if room - 0.5 * pixel < clearance + min_radius:
             return nothing, nothing
         boundary = _carve(boundary, void, x, y, 0.5 * pixel, clearance + min_radius)

@@ -59,10 +59,12 @@ class SuperpixelConfig:
 def cap_points(can: EgocanImage) -> np.ndarray:
     """Returns the point of each pixel of the cap in E [m], float32 (h_cap, w_cap, 3); NaN where unknown."""
     rows, columns = can.cap_height.shape
+    base, growth = can.cap_rays.astype(np.float32)
+    pixel = base + growth * can.cap_height
     points = np.empty((rows, columns, 3), np.float32)
-    points[..., 0] = can.cap_height * ((np.arange(columns, dtype=np.float32) - columns // 2) / can.cap_focal)
+    points[..., 0] = pixel * (np.arange(columns, dtype=np.float32) - columns // 2)
     points[..., 1] = can.cap_height
-    points[..., 2] = can.cap_height * ((np.arange(rows, dtype=np.float32) - rows // 2) / can.cap_focal)[:, None]
+    points[..., 2] = pixel * (np.arange(rows, dtype=np.float32) - rows // 2)[:, None]
     return points
 
 
@@ -113,6 +115,6 @@ def segment_superpixels(can: EgocanImage, config: SuperpixelConfig) -> Superpixe
         centers=clusters[:, 2:5],
         normals=clusters[:, 5:8],
         labels=kernels.common_labels(assignment, can.cap_labels, count),
-        cap_focal=can.cap_focal,
+        cap_rays=can.cap_rays,
         healthy=healthy,
     )

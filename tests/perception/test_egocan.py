@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -43,17 +45,35 @@ def test_frame_is_gravity_aligned_with_the_yaw_of_the_base():
     assert np.linalg.det(X_WE[:3, :3]) == pytest.approx(1.0)
 
 
-def test_cap_shows_flat_floor_at_the_camera_height():
+@pytest.mark.parametrize("cap_pixel", [0.0125, 0.0])
+def test_cap_shows_flat_floor_at_the_camera_height(cap_pixel):
     X_WB = base_pose(x=0.3, y=-0.2, yaw=0.7)
-    can = draw_egocan(look(Scene([]), [(0.0, X_WB, 0.7)], CONFIG, INTRINSICS), CONFIG.egocan)
+    config = dataclasses.replace(CONFIG.egocan, cap_pixel=cap_pixel)
+    can = draw_egocan(look(Scene([]), [(0.0, X_WB, 0.7)], CONFIG, INTRINSICS), config)
     height = (X_WB @ camera_mount())[2, 3]
     known = np.isfinite(can.cap_height)
     np.testing.assert_allclose(can.cap_height[known], height, atol=1e-4)
     np.testing.assert_allclose(can.cap_normals[known], np.tile([0, -1, 0], (known.sum(), 1)), atol=2e-3)
-    # The part of the cap that the camera sees has no holes.
-    v, u = np.mgrid[:256, :256]
-    ahead = (v > 215) & (abs(u - 128) < 40) & ((u - 128) ** 2 + (v - 128) ** 2 < 125**2)
-    assert known[ahead].all()
+    # The part of the cap that the camera sees has hardly any holes (of single cells, where the camera sees coarsely).
+    pixel = can.cap_rays @ [1.0, height]
+    x, z = ((np.mgrid[:256, :256] - 128) * pixel)[::-1]
+    ahead = (z > 0.93) & (abs(x) < 0.43) & (np.hypot(x, z) < 125 / can.cap_focal * height)
+    assert ahead.sum() > 1000 and known[ahead].mean() > 0.995
+    assert not known[np.hypot(x, z) > 129 / can.cap_focal * height].any()
+
+
+def test_a_cap_drawn_straight_down_hides_no_ground_below_edges():
+    """Behind a robot on stairs, rays from the camera are blocked by the edges of the upper treads."""
+    stairs = Scene([[0.2 * k - 1.0, 3.0, -2, 2, -1.0, 0.05 * k - 0.5] for k in range(12)], floor=None)
+    memory = look(stairs, [(0.1 * k, base_pose(x=0.1 * k - 1.4, height=0.025 * k + 0.1), 0.0) for k in range(16)], CONFIG)
+    shares = {}
+    for cap_pixel in (0.0125, 0.0):
+        can = draw_egocan(memory, dataclasses.replace(CONFIG.egocan, cap_pixel=cap_pixel))
+        points = cap_points(can)[can.cap_normals[..., 1] < -0.95]
+        p_W = points @ can.X_WE[:3, :3].T + can.X_WE[:3, 3]
+        tread = p_W[np.abs(p_W[:, 2] + 0.4) < 0.005]  # the third, 1 m behind the camera
+        shares[cap_pixel] = np.ptp(tread[:, 0]) / 0.2 if len(tread) else 0.0
+    assert shares[0.0125] > 0.78 and shares[0.0] < shares[0.0125] - 0.1, shares
 
 
 def test_cylinder_shows_a_wall_at_its_range_and_in_its_direction():

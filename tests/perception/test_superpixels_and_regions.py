@@ -96,10 +96,7 @@ def test_floor_is_covered_with_little_overlap_and_regions_are_well_formed():
         insets.append(shapely.Polygon(corners_in_world(region, region.inset)[:, :2]))
     covered = shapely.union_all(insets).area
     assert covered < sum(inset.area for inset in insets) < 2.2 * covered
-    assert (
-        covered
-        > 0.75 * np.mean(superpixels.healthy) * (256 / superpixels.cap_focal) ** 2 * superpixels.points[128, 128, 1] ** 2
-    )
+    assert covered > 0.75 * np.mean(superpixels.healthy) * (256 * CONFIG.egocan.cap_pixel) ** 2
 
 
 def test_a_crack_and_a_step_part_the_regions():
