@@ -99,6 +99,10 @@ def _model(key: str, duration: float, size: float, robot: str, folder: Path, rng
     return {"duration": duration}, [f"{key}={size}"]
 
 
+def _height_error(sign: float, size: float, robot: str, folder: Path, rng):
+    return {"duration": 6.0}, [f"stages.tracking.mpc.terrain_height_error={sign * size}"]
+
+
 def _payload(size: float, robot: str, folder: Path, rng):
     return {"duration": 6.0}, [f"stages.station.model_error.payload={size * load_robot(robot).mass}"]
 
@@ -127,6 +131,9 @@ def _disturbances() -> dict[str, Disturbance]:
     late = partial(_model, "stages.station.model_error.actuator_delay", 6.0)
     table["actuator_delay"] = Disturbance("s", 0.0, 0.04, 0.002, dict.fromkeys(both, 0.0), late)
     table["solver_fault"] = Disturbance("s", 0.0, 0.6, 0.05, dict.fromkeys(both, 0.1), _solver_fault)
+    for way, sign in (("higher", 1.0), ("lower", -1.0)):
+        error = partial(_height_error, sign)
+        table[f"ground_believed_{way}"] = Disturbance("m", 0.0, 0.15, 0.01, dict.fromkeys(both, 0.03), error)
     return table
 
 

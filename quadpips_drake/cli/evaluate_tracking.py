@@ -26,7 +26,9 @@ Examples:
   quadpips evaluate robustness --target-only --workers 2
 
 Disturbances: push_phase_0 ... push_phase_4, slipperiness, slope_up, slope_down, slope_across, bumps, payload, mpc_delay,
-actuator_delay, solver_fault. What has been computed is kept in DIR/robustness.json and not computed again.
+actuator_delay, solver_fault, ground_believed_higher, ground_believed_lower. What has been computed is kept in
+DIR/robustness.json and not computed again.
+
 Exit status: 0 done, 2 bad input.
 """
 

@@ -88,6 +88,8 @@ class CentroidalMpc:
 
     def compute(self, state: RobotState, reference: WholeBodyReference, memory: MpcMemory) -> MpcMemory:
         """One solve from the measured ``state``. A failure carries the last policy on and is counted in it."""
+        if self._config.terrain_height_error:
+            reference = reference.with_raised_footholds(self._config.terrain_height_error)
         return self._next(state, reference, memory, self._failing if self._config.is_faulty(state.stamp) else None)
 
     def _next(self, state, reference, memory, solver) -> MpcMemory:

@@ -33,6 +33,8 @@ class MpcConfig:
     """Times at which the solver begins to fail [s], for studies of faults."""
     fault_duration: float = 0.1
     """How long it fails each time [s]."""
+    terrain_height_error: float = 0.0
+    """So much higher than they are the footholds' heights are taken to be [m], for studies; negative: lower."""
     ocp: OcpConfig = field(default_factory=OcpConfig)
     """Weights and limits of the optimal control problem."""
     swing: SwingConfig = field(default_factory=SwingConfig)
@@ -47,6 +49,8 @@ class MpcConfig:
             raise UserInputError("mpc.uniform_interval must be at most half the horizon")
         if self.delay < 0.0 or self.delay >= self.horizon:
             raise UserInputError(f"mpc.delay must be >= 0 and shorter than the horizon, not {self.delay}")
+        if not abs(self.terrain_height_error) <= 0.5:
+            raise UserInputError(f"mpc.terrain_height_error must be -0.5..0.5 m, not {self.terrain_height_error}")
         if self.fault_duration < 0.0 or self.max_consecutive_failures < 0:
             raise UserInputError("mpc.fault_duration and mpc.max_consecutive_failures must not be negative")
 

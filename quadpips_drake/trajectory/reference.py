@@ -99,3 +99,9 @@ class WholeBodyReference(ImmutableValue):
         return WholeBodyReference(
             stamp, self.request_id, self.times + offset, self.states, self.inputs, self.schedule.shifted(offset), footholds
         )
+
+    def with_raised_footholds(self, height: float) -> "WholeBodyReference":
+        """The same reference, with feet that come down ``height`` [m] higher."""
+        offset = np.array([0.0, 0.0, height])
+        footholds = tuple(replace(f, position=f.position + offset) for f in self.footholds)
+        return replace(self, footholds=footholds)

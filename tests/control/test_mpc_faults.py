@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.benchmark.walk_trial import WalkTrial, WalkTrialConfig
+from quadpips_drake.control.contact_logic import FootMode
 
 _PERIODS = 5
 """Updates in 100 ms at 50 Hz."""
@@ -30,3 +31,10 @@ def test_late_solutions():
     trial, verdict = _trot(delay=0.02)
     assert verdict.reason == "upright", verdict.detail
     assert np.abs(trial.log.arrays()["rpy_WB"][:, :2]).max() < 0.12
+
+
+@pytest.mark.parametrize(("error", "mode"), [(0.03, FootMode.SEARCH), (-0.03, FootMode.EARLY)])
+def test_ground_that_is_not_where_it_is_believed_to_be(error, mode):
+    trial, verdict = _trot(terrain_height_error=error)
+    assert verdict.reason == "upright", verdict.detail
+    assert np.mean(trial.log.arrays()["foot_modes"] == mode) > 0.02, "the error must have been felt"
