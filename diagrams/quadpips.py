@@ -151,9 +151,12 @@ class QuadpipsDiagram(Diagram):
         """Returns the regions that planning sees."""
         return self._regions.Eval(self._regions.get_system().GetMyContextFromRoot(root_context))
 
-    def start_recording(self) -> None:
-        """Sets the stage in Meshcat and lets it record from now on."""
+    def draw_course(self) -> None:
+        """Sets the stage in Meshcat."""
         draw_course(self._meshcat, self._terrain)
+
+    def start_recording(self) -> None:
+        """Lets Meshcat record from now on."""
         start_recording(self._meshcat)
 
     def save_recording(self, path: Path) -> None:

@@ -17,6 +17,7 @@ from quadpips_drake.robots.push_system import Push, PushSource
 from quadpips_drake.robots.robot_state import RobotState
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trajectory.reference import WholeBodyReference
+from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.meshcat_layers import draw_course
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND, save_recording, start_recording
 from quadpips_drake.visualization.walk_panel_system import WalkPanel
@@ -122,6 +123,9 @@ class Walk(Diagram):
         if meshcat is not None:
             params = MeshcatVisualizerParams(publish_period=1.0 / FRAMES_PER_SECOND)
             MeshcatVisualizer.AddToBuilder(builder, self.station.GetOutputPort("query_object"), meshcat, params)
+        if panel:
+            follower = builder.AddSystem(CameraFollower(robot, meshcat))
+            builder.Connect(state, follower.get_input_port())
         builder.BuildInto(self)
         self.set_name("walk")
 
@@ -151,9 +155,12 @@ class Walk(Diagram):
             },
         )
 
-    def start_recording(self) -> None:
-        """Sets the stage in Meshcat and lets it record from now on."""
+    def draw_course(self) -> None:
+        """Sets the stage in Meshcat."""
         draw_course(self._meshcat, self._terrain)
+
+    def start_recording(self) -> None:
+        """Lets Meshcat record from now on."""
         start_recording(self._meshcat)
 
     def save_recording(self, path: Path) -> None:

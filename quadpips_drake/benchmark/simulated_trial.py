@@ -190,6 +190,8 @@ def record_trial(
         refused = {"planner": getattr(config, "planner", ""), "detail": str(error), "versions": installed_versions()}
         TrialResult(False, "error", config.robot, config.terrain, seed=config.seed, **refused).save(out / "result.json")
         raise
+    if meshcat is not None:
+        trial.diagram.draw_course()
     if recording:
         trial.diagram.start_recording()
     try:

@@ -67,3 +67,8 @@ def look_at_course(meshcat: Meshcat, terrain: Terrain):
     aside = np.array([forward[1], -forward[0]])
     eye = middle + 0.65 * length * aside - 0.45 * length * forward
     meshcat.SetCameraPose(np.array([*eye, 0.5 * length + 0.2]), np.array([*middle, 0.2]))
+
+
+def look_at_robot(meshcat: Meshcat, xy: np.ndarray):
+    """Puts Meshcat's camera beside and above a robot at ``xy`` (2,) [m] in W."""
+    meshcat.SetCameraPose(np.array([xy[0] - 1.8, xy[1] - 2.6, 1.5]), np.array([*xy, 0.3]))

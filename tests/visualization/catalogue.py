@@ -2,10 +2,12 @@
 
 from quadpips_drake.control.walk_command import WalkCommand
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer
 from quadpips_drake.visualization.recording import make_quiet_meshcat
 from quadpips_drake.visualization.walk_panel_system import WalkPanel
 
 
 def make_systems() -> list:
-    return [PlanVisualizer(load_robot("anymal_c"), make_quiet_meshcat()), WalkPanel(make_quiet_meshcat(), WalkCommand())]
+    robot, meshcat = load_robot("anymal_c"), make_quiet_meshcat()
+    return [PlanVisualizer(robot, meshcat), WalkPanel(meshcat, WalkCommand()), CameraFollower(robot, meshcat)]

@@ -3,6 +3,8 @@
 import re
 import shutil
 import subprocess
+from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -11,11 +13,13 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from quadpips_drake.control.standing import standing_state
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
 from quadpips_drake.visualization import plan_meshes, recording
+from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.meshcat_layers import draw_course
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer, PlanVisualizerConfig
 from quadpips_drake.visualization.shapes import ColorMesh
@@ -184,3 +188,16 @@ def test_recording_opens_in_a_browser(robot, meshcat, tmp_path):
     subprocess.run([*command, f"file://{tmp_path}/recording.html"], check=True, capture_output=True, timeout=60)
     picture = cv2.imread(str(tmp_path / "shot.png"))
     assert len(np.unique(picture[40:].reshape(-1, 3), axis=0)) > 500, "the scene was drawn"
+
+
+def test_the_camera_follows_in_leaps():
+    robot, meshcat = load_robot("go2"), Mock()
+    system = CameraFollower(robot, meshcat, leap=1.0)
+    context = system.CreateDefaultContext()
+    for x, looks in ((0.0, 1), (0.9, 1), (1.1, 2), (1.2, 2)):
+        state = replace(standing_state(robot), p_WB=np.array([x, 0.0, 0.3]))
+        system.get_input_port().FixValue(context, AbstractValue.Make(state))
+        found = system.EvalUniquePeriodicDiscreteUpdate(context)
+        context.SetDiscreteState(found.get_vector().value())
+        assert meshcat.SetCameraPose.call_count == looks
+    assert meshcat.SetCameraPose.call_args.args[1][0] == 1.1
