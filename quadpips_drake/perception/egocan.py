@@ -30,6 +30,7 @@ from quadpips_drake.perception.ground_memory import (
 )
 from quadpips_drake.perception.images import AffordanceImage, EgocanImage
 from quadpips_drake.perception.parallel_cap import draw_parallel_cap
+from quadpips_drake.perception.view_kernels import pack_camera
 from quadpips_drake.values import ImmutableValue
 
 
@@ -147,7 +148,7 @@ def update_memory(memory: EgocanMemory, image: AffordanceImage, yaw: float, conf
     X_WE = egocan_frame(image.X_WC[:3, 3], yaw)
     if _jumped(memory, X_WE, config):
         memory = EgocanMemory.empty(config)
-    ground = measure_ground(scroll_to(memory.ground, X_WE[:3, 3], config.ground), image, config.ground)
+    ground = measure_ground(memory.ground, [image], X_WE[:3, 3], config.ground)
     points, normals, labels = _update_cylinder(memory, image, X_WE, config)
     return EgocanMemory(image.stamp, X_WE, ground, points, normals, labels)
 
@@ -168,7 +169,7 @@ def _update_cylinder(memory: EgocanMemory, image: AffordanceImage, X_WE: np.ndar
     normals = np.full((*shape, 3), np.nan, np.float32)
     labels = np.zeros(shape, np.uint8)
     ranges = np.full(shape, np.inf, np.float32)
-    camera = kernels.pack_camera(image.X_WC, image.intrinsics)
+    camera = pack_camera(image.X_WC, image.intrinsics)
     canvas = (X_WE, config.v_fov, ranges, points, normals, labels)
     kernels.move_cylinder(
         memory.cylinder_points,
@@ -190,7 +191,7 @@ def draw_egocan(memory: EgocanMemory, config: EgocanConfig) -> EgocanImage:
     normals = np.full((size, size, 3), np.nan, np.float32)
     labels = np.zeros((size, size), np.uint8)
     ground = memory.ground
-    cells = (ground.height, ground.normal, ground.label, ground.first_cell, config.ground.cell)
+    cells = (ground.trusted_height(config.ground), ground.normal, ground.label, ground.first_cell, config.ground.cell)
     if config.cap_pixel > 0:
         draw_parallel_cap(*cells, memory.X_WE, config.cap_focal, config.cap_pixel, height, normals, labels)
     else:

@@ -1,16 +1,19 @@
 """The ground that the egocan remembers: a window of square cells fixed to the world that travels with the robot."""
 
+import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception import egocan_kernels as kernels
+from quadpips_drake.perception import ground_kernels as kernels
 from quadpips_drake.perception.images import AffordanceImage
+from quadpips_drake.perception.view_kernels import pack_camera
 from quadpips_drake.values import ImmutableValue
 
-MAX_COUNT = 20
-"""Images after which a cell's average no longer gets slower."""
+_FIELDS = ("height", "normal", "label", "votes", "count", "missed")
+"""Of GroundMemory: the arrays that scroll, in the order in which the kernels take them."""
 
 
 @dataclass
@@ -28,6 +31,9 @@ class GroundMemoryConfig:
     counts [m]."""
     see_through: float = 0.04
     """A remembered point is forgotten when the camera sees this much further past it [m]."""
+    trusted_share: float = 0.65
+    """A surface counts as ground when at least this share of the latest images that show its place measured it; 0: once is
+    enough."""
     assumed_behind: float = 0.8
     """Flat ground is assumed at the start from here behind the base origin [m] ..."""
     assumed_ahead: float = 1.2
@@ -42,6 +48,8 @@ class GroundMemoryConfig:
             raise UserInputError(f"egocan: ground.half_extent must be 10 to 500 cells, got {self.half_extent} m")
         if min(self.blend_height, self.layer, self.see_through) <= 0:
             raise UserInputError("egocan: ground.blend_height, layer and see_through must be positive")
+        if not 0 <= self.trusted_share <= 1:
+            raise UserInputError(f"egocan: ground.trusted_share must be within 0..1, got {self.trusted_share}")
         if min(self.assumed_behind, self.assumed_ahead, self.assumed_half_width) < 0:
             raise UserInputError("egocan: the assumed ground has no negative size; zero turns it off")
 
@@ -62,9 +70,14 @@ class GroundMemory(ImmutableValue):
     normal: np.ndarray
     """Upward unit normal, float32 (n, n, 3)."""
     label: np.ndarray
-    """Steppability, uint8 (n, n)."""
+    """Steppability, uint8 (n, n). It stays with the surface: an image without a label for it changes nothing."""
+    votes: np.ndarray
+    """Images that speak for the label, less those that spoke against it, uint8 (n, n); 0 where it is UNKNOWN."""
     count: np.ndarray
-    """Images that have measured the cell, at most MAX_COUNT, uint8 (n, n); 0 where unknown or assumed."""
+    """Of the last MAX_COUNT images or so that showed the cell's place, those that measured its surface, uint8 (n, n); 0
+    where unknown or assumed."""
+    missed: np.ndarray
+    """And those that showed the place, but not the surface, uint8 (n, n)."""
 
     @staticmethod
     def empty(config: GroundMemoryConfig) -> "GroundMemory":
@@ -75,47 +88,61 @@ class GroundMemory(ImmutableValue):
             height=np.full((n, n), np.nan, np.float32),
             normal=np.full((n, n, 3), np.nan, np.float32),
             label=np.zeros((n, n), np.uint8),
+            votes=np.zeros((n, n), np.uint8),
             count=np.zeros((n, n), np.uint8),
+            missed=np.zeros((n, n), np.uint8),
         )
+
+    def trusted_height(self, config: GroundMemoryConfig) -> np.ndarray:
+        """Returns ``height`` without the cells that were missed too often, float32 (n, n).
+
+        Noise throws a few points past every edge; over many images, all cells along it would become ground.
+        """
+        trusted = self.count >= config.trusted_share * (self.count + self.missed)
+        return np.where(trusted, self.height, np.float32(np.nan))
 
 
 def scroll_to(memory: GroundMemory, p_WC: np.ndarray, config: GroundMemoryConfig) -> GroundMemory:
-    """Returns the window around ``p_WC`` [m] with the cells that it shares with ``memory``; always a fresh copy."""
+    """Returns the window around ``p_WC`` [m] with the cells that it shares with ``memory``."""
+    return GroundMemory(*_scrolled(memory, p_WC, config))
+
+
+def _scrolled(memory: GroundMemory, p_WC: np.ndarray, config: GroundMemoryConfig) -> list[np.ndarray]:
+    """Returns the fields of the window around ``p_WC`` [m] as fresh arrays, which may be written to."""
     n = config.cells
     first_cell = np.floor(p_WC[:2] / config.cell).astype(np.int64) - n // 2
-    fresh = GroundMemory.empty(config)
-    arrays = {}
     shift = first_cell - memory.first_cell
-    for name in ("height", "normal", "label", "count"):
-        array = np.array(getattr(fresh, name))
+    fields = [first_cell]
+    for name in _FIELDS:
+        old = getattr(memory, name)
+        fresh = np.full(old.shape, np.nan if old.dtype == np.float32 else 0, old.dtype)
         if np.all(np.abs(shift) < n):
-            old = tuple(slice(max(s, 0), n + min(s, 0)) for s in shift)
-            new = tuple(slice(max(-s, 0), n + min(-s, 0)) for s in shift)
-            array[new] = getattr(memory, name)[old]
-        arrays[name] = array
-    return GroundMemory(first_cell=first_cell, **arrays)
+            kept = tuple(slice(max(s, 0), n + min(s, 0)) for s in shift)
+            fresh[tuple(slice(max(-s, 0), n + min(-s, 0)) for s in shift)] = old[kept]
+        fields.append(fresh)
+    return fields
 
 
-def measure_ground(memory: GroundMemory, image: AffordanceImage, config: GroundMemoryConfig) -> GroundMemory:
-    """Returns ``memory`` with what ``image`` shows: measured cells overwritten or averaged, disproved ones forgotten.
+def measure_ground(
+    memory: GroundMemory, images: Sequence[AffordanceImage], p_WC: np.ndarray, config: GroundMemoryConfig
+) -> GroundMemory:
+    """Returns ``memory``, scrolled to ``p_WC`` [m], with what ``images`` show; the rules are those of ``merge_ground``.
 
-    A cell takes the highest surface that the image shows in it. A cell without a new point is forgotten when the camera
-    now looks through the place where its surface should be (there is lower ground, or none within range).
+    A cell takes the highest surface that an image shows in it.
     """
-    n = len(memory.height)
-    total = np.zeros((n, n, 6), np.float32)
-    label = np.zeros((n, n), np.uint8)
-    camera = kernels.pack_camera(image.X_WC, image.intrinsics)
-    kernels.collect_ground(
-        image.depth, image.normals, image.labels, camera, memory.first_cell, config.cell, config.layer, total, label
-    )
-    height, normal = np.array(memory.height), np.array(memory.normal)
-    labels, count = np.array(memory.label), np.array(memory.count)
-    kernels.merge_ground(
-        total, label, config.blend_height, MAX_COUNT, image.depth, camera, memory.first_cell, config.cell,
-        config.see_through, height, normal, labels, count,
-    )  # fmt: skip
-    return GroundMemory(memory.first_cell, height, normal, labels, count)
+    first_cell, *ground = _scrolled(memory, p_WC, config)
+    shape = ground[0].shape
+    for image in images:
+        if image.depth.size == 0:
+            continue
+        total, label = np.zeros((*shape, 6), np.float32), np.zeros(shape, np.uint8)
+        camera = pack_camera(image.X_WC, image.intrinsics)
+        kernels.collect_ground(
+            image.depth, image.normals, image.labels, camera, first_cell, config.cell, config.layer, total, label
+        )
+        rule = (config.blend_height, config.see_through, config.trusted_share)
+        kernels.merge_ground(total, label, image.depth, camera, first_cell, config.cell, rule, tuple(ground))
+    return GroundMemory(first_cell, *ground)
 
 
 def assume_ground(
@@ -142,7 +169,7 @@ def assume_ground(
     height, normals = np.array(memory.height), np.array(memory.normal)
     height[chosen] = z[chosen]
     normals[chosen] = normal
-    return GroundMemory(memory.first_cell, height, normals, memory.label, memory.count)
+    return dataclasses.replace(memory, height=height, normal=normals)
 
 
 def _in_view(x: np.ndarray, y: np.ndarray, z: np.ndarray, image: AffordanceImage) -> np.ndarray:
