@@ -100,7 +100,6 @@ def make_affordance_image(
         labels = np.full(shape, Steppability.UNKNOWN, np.uint8)
     else:
         labels = transfer_labels(cleaned, X_WC, intrinsics, labelled)
-    normals = estimate_normals(cleaned, intrinsics, config)
     with np.errstate(invalid="ignore"):
-        cleaned[depth > config.max_range] = np.inf
-    return AffordanceImage(state.stamp, X_WC, intrinsics, cleaned, normals, labels)
+        surface = np.where(depth > config.max_range, np.float32(np.inf), cleaned)
+    return AffordanceImage(state.stamp, X_WC, intrinsics, surface, estimate_normals(depth, intrinsics, config), labels)

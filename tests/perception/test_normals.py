@@ -3,7 +3,7 @@ import pytest
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception.normals import NormalConfig, estimate_normals
-from tests.perception.scenes import INTRINSICS, MEDIUM, Scene, base_pose, camera_mount
+from tests.perception.scenes import INTRINSICS, MEDIUM, SMALL, Scene, base_pose, camera_mount, stepping_stones
 
 
 def angle_to(normals, direction):
@@ -32,6 +32,39 @@ def test_agrees_with_the_equations_of_the_paper_on_a_smooth_surface():
     normals = estimate_normals(z, MEDIUM, NormalConfig(half_window=1))
     inner = (slice(2, -2), slice(2, -2))
     assert angle_to((normals * expected)[inner].sum(-1)[..., None], np.ones(1)).max() < 0.5
+
+
+def fit_slope(w, jump):
+    """Slope of the inverse depths ``w`` (odd length) at their middle, over the unbroken run around it; None if alone."""
+    middle = len(w) // 2
+    first = last = middle
+    joined = [w[i] > 0 and w[i + 1] > 0 and abs(1 / w[i] - 1 / w[i + 1]) <= jump for i in range(len(w) - 1)]
+    while first > 0 and joined[first - 1]:
+        first -= 1
+    while last < len(w) - 1 and joined[last]:
+        last += 1
+    return np.polyfit(np.arange(first, last + 1), w[first : last + 1], 1)[0] if last > first else None
+
+
+@pytest.mark.parametrize("half_window", [1, 3])
+def test_agrees_with_a_plain_fit_at_each_pixel(half_window):
+    X_WC, config = base_pose() @ camera_mount(), NormalConfig(half_window=half_window)
+    rng = np.random.default_rng(2)
+    depth = stepping_stones().depth(X_WC, SMALL) + rng.normal(0.0, 0.003, (SMALL.height, SMALL.width))
+    depth[rng.random(depth.shape) < 0.15] = rng.choice([np.nan, np.inf, 0.0])
+    normals = estimate_normals(depth, SMALL, config)
+    w = np.zeros((SMALL.height + 2 * half_window, SMALL.width + 2 * half_window))
+    valid = (depth >= config.min_range) & (depth <= config.max_range)
+    w[half_window:-half_window, half_window:-half_window][valid] = 1.0 / np.float32(depth[valid])
+    for v, u in rng.integers(0, (SMALL.height, SMALL.width), (400, 2)):
+        row, column = w[v + half_window, u : u + 2 * half_window + 1], w[v : v + 2 * half_window + 1, u + half_window]
+        w_u, w_v = fit_slope(row, config.depth_jump), fit_slope(column, config.depth_jump)
+        if row[half_window] == 0 or w_u is None or w_v is None:
+            assert np.isnan(normals[v, u]).all()
+            continue
+        z = row[half_window] - (u - SMALL.cx) * w_u - (v - SMALL.cy) * w_v
+        expected = -np.array([SMALL.fx * w_u, SMALL.fy * w_v, z])
+        np.testing.assert_allclose(normals[v, u], expected / np.linalg.norm(expected), atol=2e-5)
 
 
 def test_no_gradient_is_taken_across_a_depth_jump():
