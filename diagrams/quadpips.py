@@ -204,3 +204,6 @@ class QuadpipsDiagram(Diagram):
         builder.Connect(regions, plans.GetInputPort("region_set"))
         for port in ("reference", "foothold_plan"):
             builder.Connect(self.planning.GetOutputPort(port), plans.GetInputPort(port))
+        source = regions.get_system()
+        if source.HasOutputPort("affordance_image"):
+            builder.Connect(source.GetOutputPort("affordance_image"), plans.GetInputPort("affordance_image"))

@@ -1,11 +1,12 @@
-"""Layers of coloured meshes in Meshcat whose content changes over time, also in recordings."""
+"""Layers of coloured meshes and points in Meshcat whose content changes over time, also in recordings."""
 
 import numpy as np
 from pydrake.geometry import Meshcat
+from pydrake.perception import BaseField, Fields, PointCloud
 
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.visualization.plan_meshes import course_mesh
-from quadpips_drake.visualization.shapes import ColorMesh
+from quadpips_drake.visualization.shapes import ColorMesh, ColorPoints
 
 ROOT = "/quadpips"
 _LIGHTS = {"AmbientLight": 1.3, "FillLight": 0.9, "PointLightPositiveX": 5.0, "PointLightNegativeX": 3.0}
@@ -19,7 +20,7 @@ class MeshcatLayers:
         self._meshcat = meshcat
         self._keep_history = keep_history
 
-    def replace(self, layer: str, number: int, mesh: ColorMesh, time: float, *, opacity: float = 1.0):
+    def replace(self, layer: str, number: int, mesh: ColorMesh | ColorPoints, time: float, *, opacity: float = 1.0):
         """Shows ``mesh`` as the drawing ``number`` of ``layer`` from ``time`` [s] on, in place of ``number - 1``."""
         old, new = f"{ROOT}/{layer}/{number - 1}", f"{ROOT}/{layer}/{number}"
         if number > 1 and self._meshcat.HasPath(old):
@@ -29,7 +30,10 @@ class MeshcatLayers:
                 self._meshcat.Delete(old)
         if not mesh:
             return
-        set_color_mesh(self._meshcat, new, mesh, opacity=opacity)
+        if isinstance(mesh, ColorPoints):
+            set_color_points(self._meshcat, new, mesh)
+        else:
+            set_color_mesh(self._meshcat, new, mesh, opacity=opacity)
         if self._keep_history and time > 0:
             self._meshcat.SetProperty(new, "visible", False, 0.0)
         self._meshcat.SetProperty(new, "visible", True, time)
@@ -45,6 +49,14 @@ def set_color_mesh(meshcat: Meshcat, path: str, mesh: ColorMesh, *, opacity: flo
     )
     if opacity < 1.0:
         meshcat.SetProperty(path, "modulated_opacity", opacity)
+
+
+def set_color_points(meshcat: Meshcat, path: str, points: ColorPoints):
+    """Puts ``points`` (positions in W) at ``path``."""
+    cloud = PointCloud(len(points.positions), Fields(BaseField.kXYZs | BaseField.kRGBs))
+    cloud.mutable_xyzs()[:] = points.positions.T
+    cloud.mutable_rgbs()[:] = np.round(255 * np.asarray(points.colors).T).astype(np.uint8)
+    meshcat.SetObject(path, cloud, point_size=points.size)
 
 
 def draw_course(meshcat: Meshcat, terrain: Terrain):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from quadpips_drake.perception.images import AffordanceImage
 from quadpips_drake.perception.regions import RegionSet
 from quadpips_drake.planning.plans import FootholdPlan
 from quadpips_drake.robots.legs import Leg
@@ -17,7 +18,7 @@ from quadpips_drake.visualization.colors import (
     START_COLOR,
     WAYPOINT_COLOR,
 )
-from quadpips_drake.visualization.shapes import ColorMesh
+from quadpips_drake.visualization.shapes import ColorMesh, ColorPoints
 
 LIFT = 0.004
 """Height above the ground [m] at which flat things are drawn, so that they do not flicker."""
@@ -34,6 +35,23 @@ def region_mesh(region_set: RegionSet) -> ColorMesh:
         mesh.add_polygon(_in_world(region.X_WR, region.inset), color)
         mesh.add_outline(_in_world(region.X_WR, region.boundary), region.normal, 0.008, 0.55 * color)
     return mesh
+
+
+def label_points(image: AffordanceImage, stride: int, size: float = 0.02) -> ColorPoints:
+    """The labelled points that a camera sees, coloured by label (green, yellow, red); every ``stride``-th row and column.
+
+    Points of unknown steppability are left out.
+    """
+    rows, columns = (np.arange(stride // 2, n, stride) for n in image.labels.shape)
+    labels, depth = image.labels[np.ix_(rows, columns)], image.depth[np.ix_(rows, columns)]
+    shown = (labels != Steppability.UNKNOWN) & np.isfinite(depth)
+    v, u = np.nonzero(shown)
+    k, z = image.intrinsics, depth[shown].astype(float)
+    p_C = np.column_stack([z * (columns[u] - k.cx) / k.fx, z * (rows[v] - k.cy) / k.fy, z])
+    # A little towards the camera, so that points do not sink into the surface that they lie on.
+    p_C *= 1 - LIFT / np.maximum(np.linalg.norm(p_C, axis=1, keepdims=True), LIFT)
+    table = np.array([REGION_COLORS[Steppability(value)] for value in range(len(REGION_COLORS))])
+    return ColorPoints(p_C @ image.X_WC[:3, :3].T + image.X_WC[:3, 3], table[labels[shown]], size)
 
 
 def foothold_mesh(reference: WholeBodyReference, ball_radius: float = 0.03) -> ColorMesh:

@@ -8,12 +8,20 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import EventStatus, LeafSystem
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.perception.images import AffordanceImage
 from quadpips_drake.perception.regions import RegionSet
 from quadpips_drake.planning.plans import FootholdPlan
 from quadpips_drake.trajectory.reference import ContactSchedule, WholeBodyReference
 from quadpips_drake.values import ImmutableValue
 from quadpips_drake.visualization.meshcat_layers import MeshcatLayers
-from quadpips_drake.visualization.plan_meshes import base_mesh, foothold_mesh, region_mesh, stance_mesh, swing_mesh
+from quadpips_drake.visualization.plan_meshes import (
+    base_mesh,
+    foothold_mesh,
+    label_points,
+    region_mesh,
+    stance_mesh,
+    swing_mesh,
+)
 
 
 @dataclass
@@ -24,12 +32,18 @@ class PlanVisualizerConfig:
     """Time between looks at the inputs [s]."""
     region_period: float = 1.0
     """Least time between two drawings of regions while the plan stays the same [s]; each costs some 50 kB of recording."""
+    label_period: float = 1.0
+    """Least time between two drawings of labels [s]; each costs up to 100 kB of recording."""
+    label_stride: int = 10
+    """Every how many rows and columns of the image a label is drawn [pixels]."""
     keep_history: bool = True
     """Whether what is out of date is hidden (a recording can show it again) or deleted."""
 
     def __post_init__(self):
         if not self.period > 0 or not self.region_period > 0:
             raise UserInputError("plan_visualizer: period and region_period must be above 0 s")
+        if not self.label_period > 0 or not self.label_stride >= 1:
+            raise UserInputError("plan_visualizer: label_period must be above 0 s and label_stride at least 1")
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +53,9 @@ class _Drawn(ImmutableValue):
     regions: int = 0
     region_time: float = -np.inf
     region_stamp: float = -np.inf
+    labels: int = 0
+    label_time: float = -np.inf
+    label_stamp: float = -np.inf
     reference: int = 0
     reference_key: tuple = ()
     plan: int = 0
@@ -46,7 +63,7 @@ class _Drawn(ImmutableValue):
 
 
 class PlanVisualizer(LeafSystem):
-    """Draws regions, planned footholds, swing curves and base reference into Meshcat.
+    """Draws labels, regions, planned footholds, swing curves and base reference into Meshcat.
 
     Meshcat records transforms and properties but no objects (drake issue 23206). Therefore every new plan and every new
     set of regions gets objects of its own under a numbered path, and only their visibility changes over time.
@@ -58,6 +75,7 @@ class PlanVisualizer(LeafSystem):
         - region_set (optional)
         - reference (optional)
         - foothold_plan (optional)
+        - affordance_image (optional)
         output_ports: []
 
     - region_set (optional): RegionSet, frame W; drawn with each new reference and otherwise every ``region_period``. An
@@ -65,6 +83,8 @@ class PlanVisualizer(LeafSystem):
     - reference (optional): WholeBodyReference, frame W; drawn when it changes. One without samples is not drawn.
     - foothold_plan (optional): FootholdPlan, frame W; its stances are drawn as discs when it changes. A failed one is not
       drawn.
+    - affordance_image (optional): AffordanceImage; its labelled points are drawn every ``label_period``: green where a foot
+      can stand, yellow what it clears, red what it must avoid. Points without a label are not drawn.
     """
 
     def __init__(self, robot, meshcat: Meshcat, config: PlanVisualizerConfig | None = None):
@@ -77,6 +97,7 @@ class PlanVisualizer(LeafSystem):
         self._region_set = self.DeclareAbstractInputPort("region_set", AbstractValue.Make(RegionSet(0.0)))
         self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(empty))
         self._foothold_plan = self.DeclareAbstractInputPort("foothold_plan", AbstractValue.Make(FootholdPlan(0.0, 0)))
+        self._image = self.DeclareAbstractInputPort("affordance_image", AbstractValue.Make(AffordanceImage.empty()))
         self._drawn = self.DeclareAbstractState(AbstractValue.Make(_Drawn()))
         self.DeclarePeriodicUnrestrictedUpdateEvent(self._config.period, 0.0, self._look)
 
@@ -92,6 +113,8 @@ class PlanVisualizer(LeafSystem):
         if self._region_set.HasValue(context):
             new_plan = after["reference"] != before.reference
             self._draw_regions(self._region_set.Eval(context), time, new_plan, before, after)
+        if self._image.HasValue(context) and time - before.label_time >= self._config.label_period - 1e-9:
+            self._draw_labels(self._image.Eval(context), time, before, after)
         state.get_mutable_abstract_state(int(self._drawn)).set_value(_Drawn(**after))
         return EventStatus.Succeeded()
 
@@ -117,3 +140,10 @@ class PlanVisualizer(LeafSystem):
         if due and regions.regions and regions.stamp != before.region_stamp:
             self._layers.replace("regions", before.regions + 1, region_mesh(regions), time, opacity=0.85)
             after |= {"regions": before.regions + 1, "region_time": time, "region_stamp": regions.stamp}
+
+    def _draw_labels(self, image: AffordanceImage, time: float, before: _Drawn, after: dict):
+        if image.stamp == before.label_stamp or not image.labels.any():
+            return
+        points = label_points(image, self._config.label_stride)
+        self._layers.replace("labels", before.labels + 1, points, time)
+        after |= {"labels": before.labels + 1, "label_time": time, "label_stamp": image.stamp}

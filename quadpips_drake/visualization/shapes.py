@@ -8,6 +8,21 @@ from dataclasses import dataclass, field
 import numpy as np
 
 
+@dataclass(frozen=True, eq=False)
+class ColorPoints:
+    """Coloured points, for what has too many places for triangles."""
+
+    positions: np.ndarray
+    """(n, 3) [m]."""
+    colors: np.ndarray
+    """Red, green, blue of each point, (n, 3)."""
+    size: float
+    """Edge length of the square that stands for a point [m]."""
+
+    def __bool__(self) -> bool:
+        return len(self.positions) > 0
+
+
 @dataclass
 class ColorMesh:
     """Triangles with a colour per vertex; grows by its ``add_`` methods. All positions in one frame [m]."""

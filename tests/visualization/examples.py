@@ -2,9 +2,11 @@
 
 import numpy as np
 
+from quadpips_drake.perception.images import AffordanceImage
 from quadpips_drake.perception.regions import PlanarRegion, RegionSet
 from quadpips_drake.planning.plans import FootholdPlan, Stance
 from quadpips_drake.robots.legs import Leg
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.trajectory.reference import ContactSchedule, FootholdTarget, WholeBodyReference
 
 SQUARE = np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]])
@@ -44,3 +46,14 @@ def foothold_plan(robot, number: int) -> FootholdPlan:
         for i in range(2)
     )
     return FootholdPlan(0.0, number, stances, ((Leg.LF, Leg.RH),), waypoint=np.array([1.0, 0, 0.5, 0]))
+
+
+def affordance_image(stamp: float) -> AffordanceImage:
+    """What a camera 1 m above level ground sees that looks straight down: stripes of the three labels along x."""
+    size, focal = 24, 24.0
+    labels = np.repeat(np.repeat([0, 1, 2, 3], 6)[None], size, axis=0).astype(np.uint8)
+    X_WC = np.array([[1.0, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 1], [0, 0, 0, 1]])
+    intrinsics = CameraIntrinsics(size, size, focal, focal, 0.5 * size, 0.5 * size)
+    depth = np.ones((size, size), np.float32)
+    normals = np.tile(np.float32([0, 0, -1]), (size, size, 1))
+    return AffordanceImage(stamp, X_WC, intrinsics, depth, normals, labels)

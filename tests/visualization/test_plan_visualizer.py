@@ -20,6 +20,7 @@ from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
 from quadpips_drake.visualization import plan_meshes, recording
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
+from quadpips_drake.visualization.colors import REGION_COLORS
 from quadpips_drake.visualization.meshcat_layers import draw_course
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer, PlanVisualizerConfig
 from quadpips_drake.visualization.shapes import ColorMesh
@@ -90,11 +91,42 @@ def test_regions_are_redrawn_at_their_own_pace(robot, meshcat):
     assert visible_layers(meshcat, "regions", 99) == [1, 2, 3, 4]
 
 
+def test_labels_are_drawn_green_yellow_and_red_where_the_camera_sees_them(robot, meshcat):
+    image = examples.affordance_image(0.0)
+    points = plan_meshes.label_points(image, stride=2)
+    # A camera 1 m above the ground that looks straight down sees its three stripes at z = 0, a hair nearer to the camera.
+    np.testing.assert_allclose(points.positions[:, 2], plan_meshes.LIFT, atol=1e-3)
+    x = points.positions[:, 0]
+    for label, stripe in ((1, x < -0.02), (2, (x > -0.02) & (x < 0.23)), (3, x > 0.23)):
+        assert stripe.any()
+        np.testing.assert_allclose(points.colors[stripe], [REGION_COLORS[label]] * stripe.sum())
+    assert len(points.positions) == (image.labels[1::2, 1::2] > 0).sum()
+
+    meshcat.Delete("/quadpips")
+    system = PlanVisualizer(robot, meshcat, PlanVisualizerConfig(label_period=0.5, label_stride=2))
+    simulator = Simulator(system)
+    for step in range(40):
+        fix(system, simulator.get_mutable_context(), "affordance_image", examples.affordance_image(0.05 * step))
+        simulator.AdvanceTo(0.05 * (step + 1))
+    assert visible_layers(meshcat, "labels", 99) == [1, 2, 3, 4]
+
+
+def test_images_without_labels_are_not_drawn(robot, meshcat):
+    meshcat.Delete("/quadpips")
+    system = PlanVisualizer(robot, meshcat)
+    simulator = Simulator(system)
+    image = examples.affordance_image(0.0)
+    unlabelled = replace(image, labels=np.zeros_like(image.labels))
+    fix(system, simulator.get_mutable_context(), "affordance_image", unlabelled)
+    simulator.AdvanceTo(0.1)
+    assert not meshcat.HasPath("/quadpips/labels")
+
+
 def test_empty_and_failed_values_are_not_drawn(robot, meshcat):
     meshcat.Delete("/quadpips")
     system = PlanVisualizer(robot, meshcat)
     context = system.CreateDefaultContext()
-    for port in ("region_set", "reference", "foothold_plan"):
+    for port in ("region_set", "reference", "foothold_plan", "affordance_image"):
         model = system.AllocateInputAbstract(system.GetInputPort(port))
         system.GetInputPort(port).FixValue(context, model)
     simulator = Simulator(system, context)
@@ -105,6 +137,8 @@ def test_empty_and_failed_values_are_not_drawn(robot, meshcat):
 def test_config_is_checked():
     with pytest.raises(UserInputError, match="period"):
         PlanVisualizerConfig(period=0.0)
+    with pytest.raises(UserInputError, match="label_stride"):
+        PlanVisualizerConfig(label_stride=0)
 
 
 def test_meshes_lie_where_the_values_are(robot):
