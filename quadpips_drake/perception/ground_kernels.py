@@ -28,89 +28,89 @@ def _add_ground(x, y, z, nx, ny, nz, up, label, layer, total, labels):
     A higher layer displaces a lower one. Within a layer, points that face upward displace those of a wall: the wall below an
     edge does not tilt the edge.
     """
-    if not (0 <= x < total.shape[0] and 0 <= y < total.shape[1]):
+    if not ((x >= 0) & (x < total.shape[0]) & (y >= 0) & (y < total.shape[1])):
         return
-    cell = total[int(x), int(y)]
-    n = cell[0]
+    i, j = np.int64(x), np.int64(y)
+    n = total[i, j, 0]
     if n > 0:
-        above = z * n - cell[1]
-        if above < -layer * n:
+        above, reach = z * n - total[i, j, 1], layer * n
+        if above < -reach:
             return
-        if above <= layer * n:
-            faces_up, is_floor = up > WALL, cell[5] > WALL * n
-            if is_floor and not faces_up:
-                return
+        if above <= reach:
+            faces_up, is_floor = up > np.float32(WALL), total[i, j, 5] > np.float32(WALL) * n
             if is_floor == faces_up:
-                cell[0] = n + 1
-                cell[1] += z
-                cell[2] += nx
-                cell[3] += ny
-                cell[4] += nz
-                cell[5] += up
-                labels[int(x), int(y)] = max(label, labels[int(x), int(y)])
+                total[i, j, 0] = n + np.float32(1.0)
+                total[i, j, 1] += z
+                total[i, j, 2] += nx
+                total[i, j, 3] += ny
+                total[i, j, 4] += nz
+                total[i, j, 5] += up
+                labels[i, j] = max(label, labels[i, j])
                 return
-    cell[0] = 1
-    cell[1] = z
-    cell[2] = nx
-    cell[3] = ny
-    cell[4] = nz
-    cell[5] = up
-    labels[int(x), int(y)] = label
+            if is_floor:
+                return
+    total[i, j, 0] = np.float32(1.0)
+    total[i, j, 1] = z
+    total[i, j, 2] = nx
+    total[i, j, 3] = ny
+    total[i, j, 4] = nz
+    total[i, j, 5] = up
+    labels[i, j] = label
 
 
-@njit(cache=True, fastmath={"contract", "arcp"})
+@njit(cache=True, error_model="numpy", fastmath={"contract", "arcp"})
 def collect_ground(depth, normals, image_labels, camera, first_cell, cell_size, layer, total, labels):
     """Sums the points of an image per cell; points without a normal (edges, noise) are left out.
 
     ``total`` (n, n, 6): count, height above the camera, normal in C, its upward component. Close to the camera every second
-    or third column and every second row is enough. Rows of pixels far ahead lie further apart on the ground than a cell. The
-    sensor sees one unbroken surface between two neighbouring pixels, so the piece between them is added as well, as long as
-    it is as flat as their normals say.
+    column and row is enough. Rows of pixels far ahead lie further apart on the ground than a cell. The sensor sees one
+    unbroken surface between two neighbouring pixels, so the piece between them is added as well, as long as it is as flat as
+    the normal says.
     """
     R, p, focal = camera
-    fx, fy, cx, cy = np.float32(focal[0]), np.float32(focal[1]), np.float32(focal[2]), np.float32(focal[3])
     rows, columns = depth.shape
+    pitch_u, pitch_v = np.float32(1.0 / focal[0]), np.float32(1.0 / focal[1])
+    cx, cy = np.float32(focal[2]), np.float32(focal[3])
     per_cell = 1.0 / cell_size
     x0, y0 = np.float32(p[0] * per_cell - first_cell[0]), np.float32(p[1] * per_cell - first_cell[1])
-    r = (R * np.array([[per_cell], [per_cell], [1.0]])).astype(np.float32)  # x and y in cells from here on
-    up0, up1, up2 = r[2, 0], r[2, 1], r[2, 2]
+    # x and y in cells from here on
+    (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = (R * np.array([[per_cell], [per_cell], [1.0]])).astype(np.float32)
     dense = np.float32(0.5 * cell_size * focal[0] / PIXELS_PER_CELL)
+    denser = np.float32(0.6) * dense
     flat, thin_layer = np.float32(0.5 * cell_size), np.float32(layer)
-    above, known = np.zeros((columns, 3), np.float32), np.zeros(columns, np.bool_)  # the pixel above, in C
     for v in range(rows):
-        b = (np.float32(v) - cy) / fy
-        bx, by, bz = r[0, 1] * b + r[0, 2], r[1, 1] * b + r[1, 2], r[2, 1] * b + r[2, 2]
+        b = (np.float32(v) - cy) * pitch_v
+        bx, by, bz = r01 * b + r02, r11 * b + r12, r21 * b + r22
         for u in range(columns):
             z = depth[v, u]
-            n0 = normals[v, u, 0]
-            a = (np.float32(u) - cx) / fx
-            height = z * (r[2, 0] * a + bz)
-            # invalid, above the camera, or one too many
-            spare = z < dense and (u % 2 == 1 or (z < np.float32(0.6) * dense and v % 2 == 1))
-            if spare or height >= 0 or not (z < np.inf and n0 == n0):
-                known[u] = False
+            if not z < np.inf or (z < dense and (u % 2 == 1 or (z < denser and v % 2 == 1))):
                 continue
-            n1, n2 = normals[v, u, 1], normals[v, u, 2]
-            x, y = x0 + z * (r[0, 0] * a + bx), y0 + z * (r[1, 0] * a + by)
+            a = (np.float32(u) - cx) * pitch_u
+            n0, n1, n2 = normals[v, u, 0], normals[v, u, 1], normals[v, u, 2]
+            height = z * (r20 * a + bz)
+            if height >= 0 or n0 != n0:
+                continue
+            x, y = x0 + z * (r00 * a + bx), y0 + z * (r10 * a + by)
+            up = r20 * n0 + r21 * n1 + r22 * n2
             label = image_labels[v, u]
-            up = up0 * n0 + up1 * n1 + up2 * n2
             _add_ground(x, y, height, n0, n1, n2, up, label, thin_layer, total, labels)
-            if known[u]:
-                e0, e1, e2 = above[u, 0] - z * a, above[u, 1] - z * b, above[u, 2] - z
-                ex, ey = r[0, 0] * e0 + r[0, 1] * e1 + r[0, 2] * e2, r[1, 0] * e0 + r[1, 1] * e1 + r[1, 2] * e2
-                pieces = int(max(abs(ex), abs(ey)) * np.float32(1.5)) + 1
-                if 1 < pieces <= MAX_SUBDIVISION and abs(n0 * e0 + n1 * e1 + n2 * e2) < flat:
-                    ez = r[2, 0] * e0 + r[2, 1] * e1 + r[2, 2] * e2
-                    for k in range(1, pieces):
-                        t = np.float32(k) / np.float32(pieces)
-                        _add_ground(
-                            x + t * ex, y + t * ey, height + t * ez, n0, n1, n2, up, label, thin_layer, total, labels
-                        )
-            above[u, 0], above[u, 1], above[u, 2] = z * a, z * b, z
-            known[u] = True
+            if v == 0:
+                continue
+            e2 = depth[v - 1, u] - z  # (e0, e1, e2) leads to the point of the pixel above
+            e0, e1 = e2 * a, e2 * b - depth[v - 1, u] * pitch_v
+            if not abs(n0 * e0 + n1 * e1 + n2 * e2) < flat:  # so, too, if nothing is measured there
+                continue
+            ex, ey = r00 * e0 + r01 * e1 + r02 * e2, r10 * e0 + r11 * e1 + r12 * e2
+            pieces = int(max(abs(ex), abs(ey)) * np.float32(1.5)) + 1
+            if 1 < pieces <= MAX_SUBDIVISION:
+                ez = r20 * e0 + r21 * e1 + r22 * e2
+                for k in range(1, pieces):
+                    t = np.float32(k) / np.float32(pieces)
+                    sx, sy, sz = x + t * ex, y + t * ey, height + t * ez
+                    _add_ground(sx, sy, sz, n0, n1, n2, up, label, thin_layer, total, labels)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _flies(x, y, z, half, depth, camera, margin):
     """Whether the image itself sees through all corners of the cell around (x, y, z): what hit it was an outlier."""
     for sx in (-half, half):
@@ -120,7 +120,7 @@ def _flies(x, y, z, half, depth, camera, margin):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _forget(i, j, ground):
     """Makes a cell unknown."""
     height, normal, label, votes, count, missed = ground
@@ -129,7 +129,7 @@ def _forget(i, j, ground):
     label[i, j], votes[i, j], count[i, j], missed[i, j] = 0, 0, 0, 0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _miss(i, j, count, missed):
     """Notes that an image shows the place of a cell's surface, but not the surface."""
     if count[i, j] == 0:  # assumed: nothing has measured it
@@ -138,7 +138,7 @@ def _miss(i, j, count, missed):
     _age(i, j, count, missed)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def _age(i, j, count, missed):
     """Lets newer images outweigh older ones."""
     if count[i, j] + missed[i, j] > MAX_COUNT:
@@ -146,7 +146,7 @@ def _age(i, j, count, missed):
         missed[i, j] //= 2
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def _vote(i, j, new, label, votes):
     """Lets an image vote for the label of a surface that is already known; UNKNOWN abstains."""
     if new == 0:
@@ -159,32 +159,31 @@ def _vote(i, j, new, label, votes):
         label[i, j], votes[i, j] = new, 1
 
 
-@njit(cache=True)
-def _measure(i, j, z, n_W, new_label, same, ground):
-    """Writes height and unit normal into a cell, averaged with those that it holds when they are of the ``same`` surface."""
+@njit(cache=True, error_model="numpy", inline="always")
+def _measure(i, j, z, n0, n1, n2, new_label, same, ground):
+    """Writes height and normal (n0, n1, n2; of any length) into a cell, averaged with its own if of the ``same`` surface."""
     height, normal, label, votes, count, missed = ground
-    if not same:
+    scale = 1.0 / np.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+    n0, n1, n2 = n0 * scale, n1 * scale, n2 * scale
+    if same:
+        share = 1.0 / (count[i, j] + 1.0)
+        height[i, j] += share * (z - height[i, j])
+        n0 = normal[i, j, 0] + share * (n0 - normal[i, j, 0])
+        n1 = normal[i, j, 1] + share * (n1 - normal[i, j, 1])
+        n2 = normal[i, j, 2] + share * (n2 - normal[i, j, 2])
+        scale = 1.0 / max(np.sqrt(n0 * n0 + n1 * n1 + n2 * n2), 1e-6)
+        n0, n1, n2 = n0 * scale, n1 * scale, n2 * scale
+        _vote(i, j, new_label, label, votes)
+        count[i, j] += 1
+        _age(i, j, count, missed)
+    else:
         height[i, j] = z
-        for k in range(3):
-            normal[i, j, k] = n_W[k]
         label[i, j], votes[i, j] = new_label, min(new_label, 1)
         count[i, j], missed[i, j] = 1, 0
-        return
-    share = 1.0 / (count[i, j] + 1.0)
-    height[i, j] += share * (z - height[i, j])
-    norm = 0.0
-    for k in range(3):
-        normal[i, j, k] += share * (n_W[k] - normal[i, j, k])
-        norm += normal[i, j, k] ** 2
-    if norm > 0:
-        for k in range(3):
-            normal[i, j, k] /= np.sqrt(norm)
-    _vote(i, j, new_label, label, votes)
-    count[i, j] += 1
-    _age(i, j, count, missed)
+    normal[i, j, 0], normal[i, j, 1], normal[i, j, 2] = n0, n1, n2
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def merge_ground(total, new_label, depth, camera, first_cell, cell_size, rule, ground):
     """Writes the sums of one image into the memory, cell by cell, and forgets what the image disproves.
 
@@ -200,7 +199,6 @@ def merge_ground(total, new_label, depth, camera, first_cell, cell_size, rule, g
     R, p = camera[0], camera[1]
     blend_height, margin, trusted_share = rule
     height, normal, _, _, count, missed = ground
-    n_W = np.empty(3)
     for i in range(height.shape[0]):
         x = (first_cell[0] + i + 0.5) * cell_size
         for j in range(height.shape[1]):
@@ -231,16 +229,15 @@ def merge_ground(total, new_label, depth, camera, first_cell, cell_size, rule, g
                     continue
             elif not same and _flies(x, y, z, 0.5 * cell_size, depth, camera, margin):
                 continue
-            n0, n1, n2 = total[i, j, 2], total[i, j, 3], total[i, j, 4]
-            length = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
-            if length == 0:
-                continue
-            for k in range(3):
-                n_W[k] = (R[k, 0] * n0 + R[k, 1] * n1 + R[k, 2] * n2) / length
-            _measure(i, j, z, n_W, new_label[i, j], same, ground)
+            m0, m1, m2 = total[i, j, 2], total[i, j, 3], total[i, j, 4]
+            if abs(m0) + abs(m1) + abs(m2) > 0:
+                n0 = R[0, 0] * m0 + R[0, 1] * m1 + R[0, 2] * m2
+                n1 = R[1, 0] * m0 + R[1, 1] * m1 + R[1, 2] * m2
+                n2 = R[2, 0] * m0 + R[2, 1] * m1 + R[2, 2] * m2
+                _measure(i, j, z, n0, n1, n2, new_label[i, j], same, ground)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _resolves(x, y, z, camera, cell_size):
     """Whether rows of pixels lie no further apart than a cell on level ground at (x, y, z) of W."""
     R, p, focal = camera

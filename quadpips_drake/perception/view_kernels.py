@@ -20,7 +20,7 @@ def pack_camera(X_WC, intrinsics):
     return np.ascontiguousarray(X_WC[:3, :3]), np.ascontiguousarray(X_WC[:3, 3]), focal
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def look_at(x, y, z, depth, camera, margin):
     """Returns HIDDEN, EXPOSED or THROUGH for the point (x, y, z) of W, from the four pixels around it.
 
@@ -33,22 +33,19 @@ def look_at(x, y, z, depth, camera, margin):
     z_C = R[0, 2] * dx + R[1, 2] * dy + R[2, 2] * dz
     if z_C < _NEAREST:
         return HIDDEN
-    u = focal[0] * (R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz) / z_C + focal[2]
-    v = focal[1] * (R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz) / z_C + focal[3]
-    if not (0 <= u < depth.shape[1] - 1 and 0 <= v < depth.shape[0] - 1):
+    inverse = 1.0 / z_C
+    u = focal[0] * (R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz) * inverse + focal[2]
+    v = focal[1] * (R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz) * inverse + focal[3]
+    if not ((u >= 0) & (u < depth.shape[1] - 1) & (v >= 0) & (v < depth.shape[0] - 1)):
         return HIDDEN
-    i, j = int(v), int(u)
-    measured, behind = 0, 0
-    for row in range(i, i + 2):
-        for column in range(j, j + 2):
-            d = depth[row, column]
-            if not d > 0.0:
-                continue
-            if d < z_C - margin:
-                return HIDDEN
-            measured += 1
-            behind += d > z_C + margin
-    if measured < 2:
+    i, j = np.int64(v), np.int64(u)
+    nearer, farther = np.float32(z_C - margin), np.float32(z_C + margin)
+    a, b, c, d = depth[i, j], depth[i, j + 1], depth[i + 1, j], depth[i + 1, j + 1]
+    nothing = np.float32(0.0)
+    measured = (a > nothing) + (b > nothing) + (c > nothing) + (d > nothing)
+    behind = (a > farther) + (b > farther) + (c > farther) + (d > farther)
+    in_front = measured - ((a >= nearer) + (b >= nearer) + (c >= nearer) + (d >= nearer))
+    if in_front > 0 or measured < 2:
         return HIDDEN
     return THROUGH if behind == measured else EXPOSED
 
