@@ -128,6 +128,15 @@ class SuperpixelImage(ImmutableValue):
     """Where the pixels' rays run (see EgocanImage), (2,)."""
     healthy: np.ndarray | None = None
     """Whether a pixel passed the health check, bool (h_cap, w_cap)."""
+    clusters: np.ndarray = field(default_factory=lambda: np.zeros((0, 7)))
+    """Points [m], normals (in W) and numbers of pixels of the clusters before they were split, (m, 7): where the next frame
+    begins."""
+    ids: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    """Id of each superpixel, int64 (k,): it stays with its piece of ground from frame to frame."""
+    homes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Where each superpixel's centroid was when it got its id, in W [m], (k, 3)."""
+    next_id: int = 0
+    """The least id that has never been given."""
 
     @staticmethod
     def empty() -> "SuperpixelImage":

@@ -56,6 +56,50 @@ def clip_half_plane(polygon, nx, ny, offset):
 
 
 @njit(cache=True)
+def clipped_area(polygon, nx, ny, offset):
+    """Returns the area of the part of ``polygon`` with nx x + ny y <= offset, without making it."""
+    n = len(polygon)
+    twice = 0.0
+    first_x = first_y = last_x = last_y = 0.0
+    size = 0
+    for k in range(n):
+        p, q = polygon[k], polygon[(k + 1) % n]
+        dp, dq = nx * p[0] + ny * p[1] - offset, nx * q[0] + ny * q[1] - offset
+        for corner in range(2):
+            if corner == 0 and dp <= 0:
+                x, y = p[0], p[1]
+            elif corner == 1 and (dp < 0 < dq or dq < 0 < dp):
+                t = dp / (dp - dq)
+                x, y = p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])
+            else:
+                continue
+            if size == 0:
+                first_x, first_y = x, y
+            else:
+                twice += (last_x - first_x) * (y - first_y) - (last_y - first_y) * (x - first_x)
+            last_x, last_y = x, y
+            size += 1
+    return 0.5 * twice
+
+
+@njit(cache=True)
+def half_planes(polygon):
+    """Returns (nx, ny, offset) of each edge, (k, 3): inside is nx x + ny y <= offset. Edges without length are left out."""
+    lines = np.empty((len(polygon), 3))
+    size = 0
+    for k in range(len(polygon)):
+        p, q = polygon[k], polygon[(k + 1) % len(polygon)]
+        ex, ey = q[0] - p[0], q[1] - p[1]
+        length = np.sqrt(ex * ex + ey * ey)
+        if length < 1e-9:
+            continue
+        lines[size, 0], lines[size, 1] = ey / length, -ex / length
+        lines[size, 2] = lines[size, 0] * p[0] + lines[size, 1] * p[1]
+        size += 1
+    return lines[:size]
+
+
+@njit(cache=True)
 def shrink(polygon, distance):
     """Returns the points of ``polygon`` that are at least ``distance`` inside every edge."""
     result = polygon.copy()

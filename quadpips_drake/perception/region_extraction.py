@@ -72,7 +72,7 @@ def extract_regions(superpixels: SuperpixelImage, foot_radius: float, config: Re
     for k, cluster in enumerate(clusters):
         regions.append(
             PlanarRegion(
-                id=k,
+                id=int(superpixels.ids[cluster]),
                 X_WR=superpixels.X_WE @ frames[k],
                 boundary=boundaries[k, : boundary_sizes[k]],
                 inset=insets[k, : inset_sizes[k]],

@@ -1,4 +1,8 @@
-"""The inner loops of the region extraction: hulls in the plane of a superpixel, carved until they hold only seen ground."""
+"""The inner loops of the region extraction: hulls in the plane of a superpixel, carved until they hold only seen ground.
+
+Points that must not be in a region ("void") travel as two arrays, x and y in the plane, so that the compiler can handle
+several at once. tests/perception/region_reference.py says what counts as void, and what a carved region must be, in NumPy.
+"""
 
 import numpy as np
 from numba import njit
@@ -6,9 +10,11 @@ from numba import njit
 from quadpips_drake.perception.polygons import (
     area_and_centroid,
     clip_half_plane,
+    clipped_area,
     convex_hull,
     distance_inside,
     grow,
+    half_planes,
     shrink,
     simplify,
 )
@@ -16,10 +22,16 @@ from quadpips_drake.perception.superpixel_kernels import group_pixels
 
 MAX_VERTICES = 64
 """Room for the vertices of one polygon."""
+MIN_UPWARD = 0.3
+"""A plane with less of its normal upwards is a wall and no region."""
 MAX_CUTS = 40
 """A superpixel that needs more cuts than this is no region."""
 CUT_DIRECTIONS = 2
 """Directions that are tried for a cut to either side of the straight one."""
+VOID_LOSS = 20.0
+"""Area that a void point counts which a cut leaves in the polygon [quarters of a pixel]."""
+EDGE_REACH = 8.0
+"""Void points within this many half pixels of the one to cut off show the direction of its edge."""
 
 
 @njit(cache=True)
@@ -38,9 +50,13 @@ def plane_frame(normal, x_hint):
 
 @njit(cache=True, inline="always")
 def _pixel_on_plane(u, v, middle, rays, center, R):
-    """Returns (x, y) where the ray of pixel (u, v) meets the plane through ``center`` spanned by R's x and y axes."""
-    a, c = (u - middle) * rays[1], (v - middle) * rays[1]
-    x, z = (u - middle) * rays[0], (v - middle) * rays[0]
+    """Returns (x, y) where the ray of pixel (u, v) meets the plane through ``center`` spanned by R's x and y axes.
+
+    ``middle`` (u, v) of the cap, ``rays``: EgocanImage.cap_rays.
+    """
+    du, dv = u - middle[0], v - middle[1]
+    a, c = du * rays[1], dv * rays[1]
+    x, z = du * rays[0], dv * rays[0]
     along = R[0, 2] * a + R[1, 2] + R[2, 2] * c
     t = (R[0, 2] * (center[0] - x) + R[1, 2] * center[1] + R[2, 2] * (center[2] - z)) / along
     d0, d1, d2 = x + t * a - center[0], t - center[1], z + t * c - center[2]
@@ -48,133 +64,195 @@ def _pixel_on_plane(u, v, middle, rays, center, R):
 
 
 @njit(cache=True)
-def _extreme_pixels(members, columns):
-    """Returns the first and last pixel of each image row in ``members`` (ascending), (n, 2) as (u, v): the hull's vertices
-    are among them, because the plane's image keeps lines straight."""
-    result = np.empty((2 * len(members), 2))
-    size = 0
+def _pixel_indices(members, columns):
+    """Returns (u, v) of flat pixel indices, int64 (n,) each."""
+    u, v = np.empty(len(members), np.int64), np.empty(len(members), np.int64)
     for k in range(len(members)):
-        row = members[k] // columns
-        starts = k == 0 or members[k - 1] // columns != row
-        ends = k + 1 == len(members) or members[k + 1] // columns != row
-        if starts or ends:
-            result[size, 0], result[size, 1] = members[k] % columns, row
+        row = np.uint32(members[k]) // np.uint32(columns)
+        v[k] = row
+        u[k] = members[k] - row * columns
+    return u, v
+
+
+@njit(cache=True)
+def _extreme_pixels(u, v):
+    """Returns the first and last of the pixels (in raster order) of each image row, (n, 2) as (u, v).
+
+    The hull's vertices are among them, because the plane's image keeps lines straight.
+    """
+    result = np.empty((2 * len(v), 2))
+    size = 0
+    for k in range(len(v)):
+        if k == 0 or v[k - 1] != v[k] or k + 1 == len(v) or v[k + 1] != v[k]:
+            result[size, 0], result[size, 1] = u[k], v[k]
             size += 1
     return result[:size]
 
 
-@njit(cache=True, inline="always")
-def _borders_ground(is_void, i, j):
-    """Whether any of the pixels around (i, j) is not void."""
-    for a in range(max(i - 1, 0), min(i + 2, is_void.shape[0])):
-        for b in range(max(j - 1, 0), min(j + 2, is_void.shape[1])):
-            if not is_void[a, b]:
-                return True
-    return False
-
-
 @njit(cache=True)
-def _find_void(points, ground, box, middle, rays, center, R, max_off_plane, polygon):
-    """Returns the plane coordinates (n, 2) of pixels in ``box`` and ``polygon`` that are not ground of this plane.
+def _void_in_box(points, ground, box, center, normal, max_off_plane):
+    """Returns which pixels in ``box`` are not ground of this plane, uint8 (rows + 2, columns + 2) with a rim of ones.
 
-    That is what is not in the mask ``ground``, or known (not NaN) and further off the plane than ``max_off_plane``. Only
-    those next to ground are listed: nothing convex around a piece of ground reaches the others past them.
+    That is what is not in the mask ``ground``, or known (not NaN) and further off the plane than ``max_off_plane``.
     """
     u0, u1, v0, v1 = box
-    is_void = np.zeros((v1 - v0 + 1, u1 - u0 + 1), np.bool_)
-    for v in range(v0, v1 + 1):
-        for u in range(u0, u1 + 1):
-            inside = 0 <= v < ground.shape[0] and 0 <= u < ground.shape[1]
-            if inside and ground[v, u]:
-                off = 0.0
-                for k in range(3):
-                    off += (points[v, u, k] - center[k]) * R[k, 2]
-                is_void[v - v0, u - u0] = abs(off) > max_off_plane  # False where unknown
-            else:
-                is_void[v - v0, u - u0] = True
-    void = np.empty((is_void.size, 2))
-    size = 0
-    for i in range(is_void.shape[0]):
-        for j in range(is_void.shape[1]):
-            if is_void[i, j] and _borders_ground(is_void, i, j):
-                x, y = _pixel_on_plane(j + u0, i + v0, middle, rays, center, R)
-                if distance_inside(polygon, x, y) > 0:
-                    void[size, 0], void[size, 1] = x, y
-                    size += 1
-    return void[:size]
+    is_void = np.ones((v1 - v0 + 3, u1 - u0 + 3), np.uint8)
+    n0, n1, n2 = normal
+    offset = n0 * center[0] + n1 * center[1] + n2 * center[2]
+    for v in range(max(v0, 0), min(v1 + 1, ground.shape[0])):
+        for u in range(max(u0, 0), min(u1 + 1, ground.shape[1])):
+            if ground[v, u]:
+                off = n0 * points[v, u, 0] + n1 * points[v, u, 1] + n2 * points[v, u, 2] - offset
+                is_void[v - v0 + 1, u - u0 + 1] = abs(off) > max_off_plane  # False where unknown
+    return is_void
 
 
 @njit(cache=True)
-def _roomiest_pixel(members, columns, void, middle, rays, center, R):
-    """Returns (x, y, distance) of the member pixel that is furthest from all of ``void``; of many pixels, every second or
-    third in either direction is tried."""
+def _find_void(is_void, box, middle, rays, center, R, polygon):
+    """Returns the plane coordinates x (n,), y (n,) of the void pixels of ``box`` that lie in ``polygon``.
+
+    Only those next to ground are listed: nothing convex around a piece of ground reaches the others past them.
+    """
+    x, y = np.empty(is_void.size), np.empty(is_void.size)
+    lines = half_planes(polygon)
+    size = 0
+    for i in range(1, is_void.shape[0] - 1):
+        for j in range(1, is_void.shape[1] - 1):
+            if not is_void[i, j]:
+                continue
+            around = 0
+            for a in range(i - 1, i + 2):
+                around += is_void[a, j - 1] + is_void[a, j] + is_void[a, j + 1]
+            if around == 9:
+                continue
+            px, py = _pixel_on_plane(j + box[0] - 1, i + box[2] - 1, middle, rays, center, R)
+            inside = True
+            for k in range(len(lines)):
+                inside = inside and lines[k, 0] * px + lines[k, 1] * py < lines[k, 2]
+            if inside:
+                x[size], y[size] = px, py
+                size += 1
+    return x[:size].copy(), y[:size].copy()
+
+
+@njit(cache=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
+def _nearest(void_x, void_y, x, y):
+    """Returns the squared distance of (x, y) from the nearest void point."""
+    nearest = 1e30
+    for k in range(len(void_x)):
+        dx, dy = void_x[k] - x, void_y[k] - y
+        nearest = min(nearest, dx * dx + dy * dy)
+    return nearest
+
+
+@njit(cache=True)
+def _roomiest_pixel(u, v, is_void, box, void_x, void_y, middle, rays, center, R):
+    """Returns (x, y, distance) of the pixel that is furthest from all void, not void itself; -1 if there is none.
+
+    Of many pixels, every second or third in either direction is tried.
+    """
     best, best_x, best_y = -1.0, 0.0, 0.0
-    every = 1 if len(members) < 60 else (2 if len(members) < 200 else 3)
-    for i in members:
-        u, v = i % columns, i // columns
-        if u % every or v % every:
+    every = 1 if len(u) < 60 else (2 if len(u) < 200 else 3)
+    for k in range(len(u)):
+        if (every > 1 and (u[k] % every or v[k] % every)) or is_void[v[k] - box[2] + 1, u[k] - box[0] + 1]:
             continue
-        x, y = _pixel_on_plane(u, v, middle, rays, center, R)
-        nearest = np.inf
-        for k in range(len(void)):
-            nearest = min(nearest, (void[k, 0] - x) ** 2 + (void[k, 1] - y) ** 2)
-            if nearest <= best:
-                break
+        x, y = _pixel_on_plane(u[k], v[k], middle, rays, center, R)
+        nearest = _nearest(void_x, void_y, x, y)
         if nearest > best:
             best, best_x, best_y = nearest, x, y
-    return best_x, best_y, np.sqrt(max(best, 0.0))
+    return best_x, best_y, np.sqrt(best) if best >= 0 else -1.0
 
 
 @njit(cache=True)
-def _best_cut(polygon, void, left, index, x, y, pull, room):
+def _edge_through(void_x, void_y, index, x, y, pull):
+    """Returns (nx, ny, offset) of the half plane that cuts off the edge at void point ``index`` in one piece.
+
+    The edge is the line of least squares through the void points nearby; all of them are cut off.
+    """
+    reach = (EDGE_REACH * pull) ** 2
+    n, sx, sy, sxx, sxy, syy = 0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(len(void_x)):
+        dx, dy = void_x[k] - void_x[index], void_y[k] - void_y[index]
+        if dx * dx + dy * dy <= reach:
+            n, sx, sy = n + 1, sx + dx, sy + dy
+            sxx, sxy, syy = sxx + dx * dx, sxy + dx * dy, syy + dy * dy
+    sxx, sxy, syy = sxx - sx * sx / n, sxy - sx * sy / n, syy - sy * sy / n
+    angle = 0.5 * np.arctan2(2.0 * sxy, sxx - syy)  # of the line
+    nx, ny = -np.sin(angle), np.cos(angle)
+    if nx * (void_x[index] - x) + ny * (void_y[index] - y) < 0:
+        nx, ny = -nx, -ny
+    least = np.inf
+    for k in range(len(void_x)):
+        dx, dy = void_x[k] - void_x[index], void_y[k] - void_y[index]
+        if dx * dx + dy * dy <= reach:
+            least = min(least, nx * void_x[k] + ny * void_y[k])
+    return nx, ny, least - pull
+
+
+@njit(cache=True)
+def _best_cut(polygon, void_x, void_y, index, x, y, pull, room, loss):
     """Returns (nx, ny, offset) of the half plane that cuts off void point ``index`` and leaves most of ``polygon``.
 
-    Directions up to 60 deg to either side of the one from (x, y) to the point are tried, as far as they leave ``room`` [m]
-    around (x, y). Void that is left inside will cost more cuts, so each such point counts as a loss.
+    Tried are the edge there and directions up to 60 deg to either side of the one from (x, y) to the point, as far as they
+    leave ``room`` [m] around (x, y). Void that is left inside will cost more cuts, so each such point counts as a ``loss``
+    of area [m^2].
     """
-    dx, dy = void[index, 0] - x, void[index, 1] - y
+    dx, dy = void_x[index] - x, void_y[index] - y
     length = np.sqrt(dx * dx + dy * dy)
-    best, best_x, best_y = -np.inf, dx / length, dy / length
-    for k in range(-CUT_DIRECTIONS, CUT_DIRECTIONS + 1):
-        angle = k * np.pi / 3.0 / CUT_DIRECTIONS
-        if length * np.cos(angle) - pull < room and k != 0:
+    best = (dx / length, dy / length, length - pull + (dx * x + dy * y) / length)
+    best_value = -np.inf
+    for k in range(-CUT_DIRECTIONS, CUT_DIRECTIONS + 2):
+        if k > CUT_DIRECTIONS:
+            nx, ny, offset = _edge_through(void_x, void_y, index, x, y, pull)
+        else:
+            angle = k * np.pi / 3.0 / CUT_DIRECTIONS
+            c, s = np.cos(angle), np.sin(angle)
+            nx, ny = (c * dx - s * dy) / length, (s * dx + c * dy) / length
+            offset = nx * void_x[index] + ny * void_y[index] - pull
+        if k != 0 and offset - nx * x - ny * y < room:
             continue
-        c, s = np.cos(angle), np.sin(angle)
-        nx, ny = (c * dx - s * dy) / length, (s * dx + c * dy) / length
-        offset = nx * void[index, 0] + ny * void[index, 1] - pull
         remaining = 0
-        for i in range(len(void)):
-            if left[i] and nx * void[i, 0] + ny * void[i, 1] < offset:
-                remaining += 1
-        value = area_and_centroid(clip_half_plane(polygon, nx, ny, offset))[0] - remaining * 8.0 * pull * pull
-        if value > best:
-            best, best_x, best_y = value, nx, ny
-    return best_x, best_y, best_x * void[index, 0] + best_y * void[index, 1] - pull
+        for i in range(len(void_x)):
+            remaining += nx * void_x[i] + ny * void_y[i] < offset
+        value = clipped_area(polygon, nx, ny, offset) - remaining * loss
+        if value > best_value:
+            best_value, best = value, (nx, ny, offset)
+    return best
 
 
 @njit(cache=True)
-def _carve(polygon, void, x, y, pull, room):
-    """Returns the part of ``polygon`` around (x, y) without any point of ``void``, each cut ``pull`` before the point."""
-    left = np.empty(len(void), np.bool_)
-    for k in range(len(void)):
-        left[k] = distance_inside(polygon, void[k, 0], void[k, 1]) > -pull
-    for _ in range(MAX_CUTS):
-        nearest, index = np.inf, -1
-        for k in range(len(void)):
-            if left[k]:
-                distance = (void[k, 0] - x) ** 2 + (void[k, 1] - y) ** 2
-                if distance < nearest:
-                    nearest, index = distance, k
-        if index < 0:
+def _keep_inside(void_x, void_y, nx, ny, offset):
+    """Returns the void points with nx x + ny y < offset; the arrays are overwritten."""
+    size = 0
+    for k in range(len(void_x)):
+        if nx * void_x[k] + ny * void_y[k] < offset:
+            void_x[size], void_y[size] = void_x[k], void_y[k]
+            size += 1
+    return void_x[:size], void_y[:size]
+
+
+@njit(cache=True)
+def _carve(polygon, void_x, void_y, x, y, pull, room):
+    """Returns the part of ``polygon`` around (x, y) without any void point, each cut ``pull`` before the point."""
+    for line in half_planes(polygon):
+        void_x, void_y = _keep_inside(void_x, void_y, line[0], line[1], line[2] + pull)
+    for cut in range(MAX_CUTS):
+        if len(void_x) == 0:
             return polygon
+        index = 0
+        nearest = np.inf
+        for k in range(len(void_x)):
+            distance = (void_x[k] - x) ** 2 + (void_y[k] - y) ** 2
+            if distance < nearest:
+                nearest, index = distance, k
         if nearest <= pull * pull:
             break
-        nx, ny, offset = _best_cut(polygon, void, left, index, x, y, pull, room)
+        loss = VOID_LOSS * (1.0 + cut / 8.0) * pull * pull  # towards the end, few large cuts rather than many small ones
+        nx, ny, offset = _best_cut(polygon, void_x, void_y, index, x, y, pull, room, loss)
         polygon = clip_half_plane(polygon, nx, ny, offset)
         if len(polygon) == 0:
             break
-        for k in range(len(void)):
-            left[k] = left[k] and nx * void[k, 0] + ny * void[k, 1] < offset
+        void_x, void_y = _keep_inside(void_x, void_y, nx, ny, offset)
     return np.empty((0, 2))
 
 
@@ -183,17 +261,16 @@ def carve_regions(
     assignment, points, ground, centers, normals, rays, clearance, overlap, min_radius, max_off_plane, max_vertices, x_hint
 ):
     """Returns (frames X_ER (k, 4, 4), boundaries (k, MAX_VERTICES, 2), their sizes, insets, their sizes, clusters (k,))."""
-    columns = assignment.shape[1]
-    middle = columns // 2
+    middle = (assignment.shape[1] // 2, assignment.shape[0] // 2)
     n = len(centers)
     frames = np.zeros((n, 4, 4))
     boundaries, insets = np.zeros((n, MAX_VERTICES, 2)), np.zeros((n, MAX_VERTICES, 2))
     boundary_sizes, inset_sizes = np.zeros(n, np.int64), np.zeros(n, np.int64)
     clusters = np.zeros(n, np.int64)
-    first, pixels = group_pixels(assignment, n)
+    first, pixels = group_pixels(assignment, n, np.arange(assignment.size))
     count = 0
     for c in range(n):
-        if not np.isfinite(normals[c, 0]):
+        if not (-normals[c, 1] > MIN_UPWARD and np.isfinite(centers[c]).all()):  # False for NaN, too
             continue
         center = centers[c].copy()
         R = plane_frame(normals[c].copy(), x_hint)
@@ -223,30 +300,26 @@ def _carve_one(
     members, points, ground, center, R, middle, rays, clearance, overlap, min_radius, max_off_plane, max_vertices
 ):
     """Returns (boundary, inset) of one superpixel in the plane (center, R); empty when there is no room for a foot."""
-    columns = ground.shape[1]
     nothing = np.empty((0, 2))
-    corners = _extreme_pixels(members, columns)
+    u, v = _pixel_indices(members, ground.shape[1])
+    corners = _extreme_pixels(u, v)
     on_plane = np.empty((len(corners), 2))
     for k in range(len(corners)):
         on_plane[k] = _pixel_on_plane(corners[k, 0], corners[k, 1], middle, rays, center, R)
     hull = convex_hull(on_plane)
-    if len(hull) == 0:
+    if len(hull) == 0:  # so for NaN, too
         return nothing, nothing
     pixel = rays[0] + rays[1] * center[1]
     reach = int(np.ceil(1.5 * (clearance + overlap) / pixel)) + 1
-    box = (
-        int(corners[:, 0].min()) - reach,
-        int(corners[:, 0].max()) + reach,
-        int(corners[:, 1].min()) - reach,
-        int(corners[:, 1].max()) + reach,
-    )
-    void = _find_void(points, ground, box, middle, rays, center, R, max_off_plane, grow(hull, clearance + overlap + pixel))
+    box = (u.min() - reach, u.max() + reach, v.min() - reach, v.max() + reach)
+    is_void = _void_in_box(points, ground, box, center, R[:, 2], max_off_plane)
+    void_x, void_y = _find_void(is_void, box, middle, rays, center, R, grow(hull, clearance + overlap + pixel))
     boundary = grow(hull, clearance + overlap)
-    if len(void) > 0:
-        x, y, room = _roomiest_pixel(members, columns, void, middle, rays, center, R)
-        if room - 0.5 * pixel < clearance + min_radius:
-            return nothing, nothing
-        boundary = _carve(boundary, void, x, y, 0.5 * pixel, clearance + min_radius)
+    x, y, room = _roomiest_pixel(u, v, is_void, box, void_x, void_y, middle, rays, center, R)
+    if room - 0.5 * pixel < clearance + min_radius:
+        return nothing, nothing
+    if len(void_x) > 0:
+        boundary = _carve(boundary, void_x, void_y, x, y, 0.5 * pixel, clearance + min_radius)
         if len(boundary) == 0:
             return nothing, nothing
     boundary = simplify(boundary, max_vertices)

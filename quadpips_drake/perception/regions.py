@@ -16,7 +16,8 @@ class PlanarRegion(ImmutableValue):
     """
 
     id: int
-    """Unique in its set."""
+    """Unique in its set. A region keeps its id from frame to frame as long as it is the same piece of ground; other ground
+    never gets it again."""
     X_WR: np.ndarray
     """Pose of the region frame R in the world, homogeneous matrix (4, 4)."""
     boundary: np.ndarray

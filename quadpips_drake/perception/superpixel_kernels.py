@@ -1,29 +1,61 @@
-"""The inner loops of the superpixels. A row of ``clusters`` is [u, v, p (3), n (3)]: pixel, point and unit normal in E."""
+"""The inner loops of the superpixels.
+
+A row of ``clusters`` is [u, v, p (3), n (3), pixels]: pixel, point and unit normal in E, and its pixels. The loop
+over all pixels and clusters runs on ``planes``, float32 (6, h, w): the channels x, y, z, n_x, n_y, n_z one after the other,
+NaN where a pixel is not healthy, so that the compiler can handle several pixels at once. Everything else runs over the list
+of healthy pixels only.
+tests/perception/superpixel_reference.py says the same in a few lines of NumPy.
+"""
 
 import numpy as np
 from numba import njit
 
 MAX_RANSAC_POINTS = 64
 """Points of a cluster against which a plane is tried; the final fit uses all of them."""
+SMALL = 0.4
+"""Share of a full grid cell's pixels below which a propagated cluster gives way to a larger neighbour."""
+RANSAC_MISS = 0.01
+"""Chance of missing the best plane at which no further ones are tried."""
 
 
 @njit(cache=True)
-def supported_pixels(points, normals, healthy, max_step):
-    """Returns the ``healthy`` pixels that continue to at least two of their four neighbours, bool (h, w).
+def check_health(height, normals, labels, allowed, rays, max_depth, min_upward, max_step):
+    """Returns (points (h, w, 3) in E, healthy (h, w)) of a cap; see superpixels.healthy_pixels for what is healthy.
 
-    A neighbour continues a pixel when it is healthy and within ``max_step`` [m] of its tangent plane.
+    ``allowed`` (256,): whether pixels of a label may be stepped on. ``rays``: of the cap (EgocanImage.cap_rays).
     """
-    rows, columns = healthy.shape
+    rows, columns = height.shape
+    points = np.empty((rows, columns, 3), np.float32)
+    plausible = np.zeros((rows, columns), np.bool_)
+    base, growth = np.float32(rays[0]), np.float32(rays[1])
+    for v in range(rows):
+        for u in range(columns):
+            y = height[v, u]
+            pixel = base + growth * y
+            points[v, u, 0] = pixel * np.float32(u - columns // 2) if y == y else y
+            points[v, u, 1] = y
+            points[v, u, 2] = pixel * np.float32(v - rows // 2) if y == y else y
+            plausible[v, u] = 0 < y <= max_depth and -normals[v, u, 1] >= min_upward and allowed[labels[v, u]]
+    return points, supported_pixels(points, normals, plausible, max_step)
+
+
+@njit(cache=True)
+def supported_pixels(points, normals, plausible, max_step):
+    """Returns the ``plausible`` pixels that continue to at least two of their four neighbours, bool (h, w).
+
+    A neighbour continues a pixel when it is plausible and within ``max_step`` [m] of its tangent plane.
+    """
+    rows, columns = plausible.shape
     supported = np.zeros((rows, columns), np.bool_)
     for v in range(rows):
         for u in range(columns):
-            if not healthy[v, u]:
+            if not plausible[v, u]:
                 continue
             n0, n1, n2 = normals[v, u, 0], normals[v, u, 1], normals[v, u, 2]
             offset = n0 * points[v, u, 0] + n1 * points[v, u, 1] + n2 * points[v, u, 2]
             count = 0
             for b, a in ((v - 1, u), (v + 1, u), (v, u - 1), (v, u + 1)):
-                if 0 <= b < rows and 0 <= a < columns and healthy[b, a]:
+                if 0 <= b < rows and 0 <= a < columns and plausible[b, a]:
                     off = n0 * points[b, a, 0] + n1 * points[b, a, 1] + n2 * points[b, a, 2] - offset
                     count += abs(off) <= max_step
             supported[v, u] = count >= 2
@@ -31,73 +63,171 @@ def supported_pixels(points, normals, healthy, max_step):
 
 
 @njit(cache=True)
-def seed_clusters(points, normals, healthy, step):
-    """Returns clusters on a grid of ``step`` pixels, moved to the healthy pixel nearest to the local centroid (V-D.3)."""
+def healthy_planes(points, normals, healthy):
+    """Returns (planes (6, h, w), flat indices of the healthy pixels, ascending)."""
     rows, columns = healthy.shape
-    clusters = np.empty(((rows // step + 1) * (columns // step + 1), 8))
+    planes = np.full((6, rows, columns), np.nan, np.float32)
+    active = np.empty(rows * columns, np.int64)
+    size = 0
+    for v in range(rows):
+        for u in range(columns):
+            if healthy[v, u]:
+                for k in range(3):
+                    planes[k, v, u] = points[v, u, k]
+                    planes[3 + k, v, u] = normals[v, u, k]
+                active[size] = v * columns + u
+                size += 1
+    return planes, active[:size]
+
+
+@njit(cache=True)
+def nearest_healthy(healthy, u0, v0, reach):
+    """Returns (u, v) of the healthy pixel nearest to the centroid of those within ``reach`` of (u0, v0), or (-1, -1)."""
+    rows, columns = healthy.shape
+    n, su, sv = 0, 0.0, 0.0
+    v_first, v_last = max(0, v0 - reach), min(rows, v0 + reach + 1)
+    u_first, u_last = max(0, u0 - reach), min(columns, u0 + reach + 1)
+    for v in range(v_first, v_last):
+        for u in range(u_first, u_last):
+            if healthy[v, u]:
+                n, su, sv = n + 1, su + u, sv + v
+    best, best_u, best_v = np.inf, -1, -1
+    for v in range(v_first, v_last):
+        for u in range(u_first, u_last):
+            if healthy[v, u]:
+                off = (u - su / n) ** 2 + (v - sv / n) ** 2
+                if off < best:
+                    best, best_u, best_v = off, u, v
+    return best_u, best_v
+
+
+@njit(cache=True)
+def seed_clusters(points, normals, healthy, step, previous, max_step):
+    """Returns the clusters to begin with (section V-D.3): ``previous`` ones that still lie on healthy pixels, and seeds on a
+    grid of ``step`` pixels, moved to the healthy pixel nearest to the local centroid, where no previous cluster is near.
+
+    ``previous`` (k, 9): clusters of the last frame, brought into this one; none for a cold start. Of two that came closer
+    to each other than half a step in the image, the second is dropped; so is one that has become small, if another can take
+    its pixels over. (Otherwise those that the rim of the cap squeezes would push all others along with the robot.)
+    """
+    rows, columns = healthy.shape
+    clusters = np.zeros((len(previous) + (rows // step + 1) * (columns // step + 1), 9))
     count = 0
-    reach = max(1, step // 4)
+    for c in range(len(previous)):
+        u, v = previous[c, 0], previous[c, 1]
+        if not (0 <= u < columns and 0 <= v < rows) or _any_near(clusters, count, u, v, 0.5 * step):
+            continue
+        if previous[c, 8] < SMALL * step * step and _can_be_taken_over(previous, c, step, max_step):
+            continue
+        if nearest_healthy(healthy, int(u), int(v), max(1, step // 4))[0] >= 0:
+            clusters[count] = previous[c]
+            count += 1
+    kept = count
     for v0 in range(step // 2, rows, step):
         for u0 in range(step // 2, columns, step):
-            n, su, sv = 0, 0.0, 0.0
-            window = (max(0, v0 - reach), min(rows, v0 + reach + 1), max(0, u0 - reach), min(columns, u0 + reach + 1))
-            for v in range(window[0], window[1]):
-                for u in range(window[2], window[3]):
-                    if healthy[v, u]:
-                        n, su, sv = n + 1, su + u, sv + v
-            if n == 0:
+            if _any_near(clusters, kept, u0, v0, 0.75 * step):
                 continue
-            best, best_u, best_v = np.inf, u0, v0
-            for v in range(window[0], window[1]):
-                for u in range(window[2], window[3]):
-                    off = (u - su / n) ** 2 + (v - sv / n) ** 2
-                    if healthy[v, u] and off < best:
-                        best, best_u, best_v = off, u, v
-            clusters[count, 0], clusters[count, 1] = best_u, best_v
-            clusters[count, 2:5] = points[best_v, best_u]
-            clusters[count, 5:8] = normals[best_v, best_u]
-            count += 1
+            u, v = nearest_healthy(healthy, u0, v0, max(1, step // 4))
+            if u >= 0:
+                clusters[count, 0], clusters[count, 1] = u, v
+                clusters[count, 2:5] = points[v, u]
+                clusters[count, 5:8] = normals[v, u]
+                count += 1
     return clusters[:count].copy()
 
 
 @njit(cache=True)
-def assign_pixels(points, normals, healthy, clusters, step, weights, assignment):
-    """Gives each healthy pixel to the cluster of least distance (equation 10) among those within ``step`` pixels."""
-    rows, columns = healthy.shape
-    best = np.full((rows, columns), np.inf, np.float32)
-    w_n, w_p, w_w, w_c = weights
-    assignment[:] = -1
-    for c in range(len(clusters)):
-        cu, cv, px, py, pz, nx, ny, nz = clusters[c]
-        if np.isnan(nx):
-            continue
-        for v in range(max(0, int(cv) - step), min(rows, int(cv) + step + 1)):
-            for u in range(max(0, int(cu) - step), min(columns, int(cu) + step + 1)):
-                if not healthy[v, u]:
-                    continue
-                dx, dy, dz = px - points[v, u, 0], py - points[v, u, 1], pz - points[v, u, 2]
-                distance = w_n * (1.0 - nx * normals[v, u, 0] - ny * normals[v, u, 1] - nz * normals[v, u, 2])
-                distance += w_p * abs(dx * nx + dy * ny + dz * nz) + w_w * np.sqrt(dx * dx + dy * dy + dz * dz)
-                if w_c > 0:
-                    distance += w_c * np.sqrt((cu - u) ** 2 + (cv - v) ** 2)
-                if distance < best[v, u]:
-                    best[v, u] = distance
-                    assignment[v, u] = c
+def _can_be_taken_over(clusters, c, step, max_step):
+    """Whether a larger cluster lies within ``step`` pixels of cluster ``c``, in whose plane (to ``max_step`` [m]) c lies."""
+    for k in range(len(clusters)):
+        near = abs(clusters[k, 0] - clusters[c, 0]) <= step and abs(clusters[k, 1] - clusters[c, 1]) <= step
+        if near and clusters[k, 8] > clusters[c, 8]:
+            off = 0.0
+            for i in range(3):
+                off += (clusters[c, 2 + i] - clusters[k, 2 + i]) * clusters[k, 5 + i]
+            if abs(off) <= max_step:
+                return True
+    return False
 
 
 @njit(cache=True)
-def group_pixels(assignment, count):
-    """Returns (first, pixels): flat pixel indices sorted by cluster; those of cluster c are pixels[first[c]:first[c+1]]."""
+def _any_near(clusters, count, u, v, distance):
+    found = False
+    for c in range(count):
+        found |= abs(clusters[c, 0] - u) < distance and abs(clusters[c, 1] - v) < distance
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def assign_pixels(planes, clusters, step, weights, best, assignment):
+    """Gives each healthy pixel to the cluster of least distance (equation 10) among those within ``step`` pixels.
+
+    ``best``: float32 (h, w), work space.
+    """
+    rows, columns = assignment.shape
+    best[:] = np.inf
+    assignment[:] = -1
+    row = np.empty(columns, np.float32)
+    for c in range(len(clusters)):
+        cluster = clusters[c].astype(np.float32)
+        if not np.isfinite(cluster[5]):
+            continue
+        cu, cv = int(cluster[0]), int(cluster[1])
+        first, last = max(0, cu - step), min(columns, cu + step + 1)
+        for v in range(max(0, cv - step), min(rows, cv + step + 1)):
+            distance = row[: max(0, last - first)]
+            _row_distances(
+                planes[0, v][first:last],
+                planes[1, v][first:last],
+                planes[2, v][first:last],
+                planes[3, v][first:last],
+                planes[4, v][first:last],
+                planes[5, v][first:last],
+                cluster,
+                weights,
+                distance,
+            )
+            if weights[3] > 0:
+                for k in range(len(distance)):
+                    distance[k] += weights[3] * np.sqrt((cluster[0] - (first + k)) ** 2 + (cluster[1] - v) ** 2)
+            _take_nearer(distance, c, best[v][first:last], assignment[v][first:last])
+
+
+@njit(cache=True, error_model="numpy")
+def _row_distances(x, y, z, n0, n1, n2, cluster, weights, distance):
+    """Writes the distances (equation 10, without the one in the image) of neighbouring pixels; free of branches."""
+    one = np.float32(1.0)
+    w_n, w_p, w_w = np.float32(weights[0]), np.float32(weights[1]), np.float32(weights[2])
+    px, py, pz, m0, m1, m2 = cluster[2], cluster[3], cluster[4], cluster[5], cluster[6], cluster[7]
+    for k in range(len(distance)):
+        dx, dy, dz = px - x[k], py - y[k], pz - z[k]
+        tilt = one - m0 * n0[k] - m1 * n1[k] - m2 * n2[k]
+        off_plane = abs(dx * m0 + dy * m1 + dz * m2)
+        distance[k] = w_n * tilt + w_p * off_plane + w_w * np.sqrt(dx * dx + dy * dy + dz * dz)
+
+
+@njit(cache=True, error_model="numpy")
+def _take_nearer(distance, c, best, assignment):
+    """Hands the pixels that are nearer to cluster ``c`` than ``best`` over to it; free of branches."""
+    for k in range(len(distance)):
+        nearer = distance[k] < best[k]  # False where a pixel is not healthy
+        best[k] = distance[k] if nearer else best[k]
+        assignment[k] = np.int32(c) if nearer else assignment[k]
+
+
+@njit(cache=True)
+def group_pixels(assignment, count, active):
+    """Returns (first, pixels): the flat indices ``active`` sorted by cluster; cluster c has pixels[first[c]:first[c+1]]."""
     flat = assignment.ravel()
     first = np.zeros(count + 1, np.int64)
-    for i in range(flat.size):
+    for i in active:
         if flat[i] >= 0:
             first[flat[i] + 1] += 1
     for c in range(count):
         first[c + 1] += first[c]
     cursor = first[:-1].copy()
     pixels = np.empty(first[count], np.int64)
-    for i in range(flat.size):
+    for i in active:
         if flat[i] >= 0:
             pixels[cursor[flat[i]]] = i
             cursor[flat[i]] += 1
@@ -105,42 +235,48 @@ def group_pixels(assignment, count):
 
 
 @njit(cache=True)
-def update_clusters(points, normals, assignment, clusters, ransac):
-    """Moves each cluster to the mean of its pixels and refines its normal by RANSAC; one without pixels becomes NaN."""
-    columns = assignment.shape[1]
-    first, pixels = group_pixels(assignment, len(clusters))
+def update_clusters(points, normals, assignment, active, clusters, ransac):
+    """Moves each cluster to the mean of its pixels and refines its normal by RANSAC; one without pixels becomes NaN.
+
+    ``ransac``: (planes tried at most, points for each, threshold [m], seed).
+    """
+    columns = np.uint32(assignment.shape[1])
+    first, pixels = group_pixels(assignment, len(clusters), active)
     flat_points, flat_normals = points.reshape(-1, 3), normals.reshape(-1, 3)
     for c in range(len(clusters)):
         members = pixels[first[c] : first[c + 1]]
-        clusters[c, :] = 0.0
+        u = v = x = y = z = n0 = n1 = n2 = 0.0
         for i in members:
-            clusters[c, 0] += i % columns
-            clusters[c, 1] += i // columns
-            for k in range(3):
-                clusters[c, 2 + k] += flat_points[i, k]
-                clusters[c, 5 + k] += flat_normals[i, k]
-        length = np.sqrt(clusters[c, 5] ** 2 + clusters[c, 6] ** 2 + clusters[c, 7] ** 2)
-        if len(members) == 0 or length == 0:
+            row = np.uint32(i) // columns
+            u, v = u + (i - row * columns), v + row
+            x, y, z = x + flat_points[i, 0], y + flat_points[i, 1], z + flat_points[i, 2]
+            n0, n1, n2 = n0 + flat_normals[i, 0], n1 + flat_normals[i, 1], n2 + flat_normals[i, 2]
+        length = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+        if len(members) == 0 or not length > 0:
             clusters[c, :] = np.nan
             continue
-        clusters[c, :5] /= len(members)
-        clusters[c, 5:] /= length
-        if ransac[0] > 0 and len(members) > ransac[1]:
+        n = len(members)
+        clusters[c, 0], clusters[c, 1] = u / n, v / n
+        clusters[c, 2], clusters[c, 3], clusters[c, 4] = x / n, y / n, z / n
+        clusters[c, 5], clusters[c, 6], clusters[c, 7] = n0 / length, n1 / length, n2 / length
+        clusters[c, 8] = n
+        if ransac[0] > 0 and n > ransac[1]:
             _refine_plane(flat_points, members, clusters[c], ransac, c)
 
 
 @njit(cache=True)
 def _refine_plane(points, members, cluster, ransac, stream):
-    """Replaces normal and point of ``cluster`` by the plane y = a x + b z + d that most of its points agree on.
+    """Replaces normal and point of ``cluster`` by the plane y = a x + b z + d that most of its points agree on (eqs. 11-14).
 
-    The point stays at the centroid in x and z, and moves onto the plane along gravity.
+    The point stays at the centroid in x and z, and moves onto the plane along gravity. Planes are tried until a better one
+    is unlikely (Fischler and Bolles, 1981): on clean ground that is after the first.
     """
     tries, samples, threshold, seed = ransac
     state = np.uint64(seed) * np.uint64(2654435761) + np.uint64(stream + 1) * np.uint64(40503)
-    stride = max(1, len(members) // MAX_RANSAC_POINTS)
+    tested = members[:: max(1, len(members) // MAX_RANSAC_POINTS)]
     best_count, best_a, best_b, best_d = 0, 0.0, 0.0, 0.0
     chosen = np.empty(samples, np.int64)
-    for _ in range(tries):
+    for k in range(tries):
         for s in range(samples):
             state = state * np.uint64(6364136223846793005) + np.uint64(1442695040888963407)
             chosen[s] = members[int((state >> np.uint64(33)) % np.uint64(len(members)))]
@@ -149,12 +285,13 @@ def _refine_plane(points, members, cluster, ransac, stream):
             continue
         count = 0
         limit = threshold * np.sqrt(a * a + b * b + 1.0)
-        for i in members[::stride]:
+        for i in tested:
             x, y, z = points[i, 0] - cluster[2], points[i, 1] - cluster[3], points[i, 2] - cluster[4]
-            if abs(a * x + b * z + d - y) <= limit:
-                count += 1
+            count += abs(a * x + b * z + d - y) <= limit
         if count > best_count:
             best_count, best_a, best_b, best_d = count, a, b, d
+        if (1.0 - (best_count / len(tested)) ** samples) ** (k + 1) <= RANSAC_MISS:
+            break
     if best_count == 0:
         return
     ok, a, b, d = _fit_plane(points, members, cluster, threshold, best_a, best_b, best_d)
@@ -191,45 +328,63 @@ def _fit_plane(points, chosen, cluster, threshold, a0, b0, d0):
     return True, a, b, (sy - a * sx - b * sz) / n
 
 
+@njit(cache=True, inline="always")
+def _connected(points, normals, v, u, b, a, max_step):
+    """Whether pixels (v, u) and (b, a) lie within ``max_step`` [m] of each other's tangent planes."""
+    here = there = 0.0
+    for k in range(3):
+        difference = points[b, a, k] - points[v, u, k]
+        here += difference * normals[v, u, k]
+        there += difference * normals[b, a, k]
+    return abs(here) <= max_step and abs(there) <= max_step
+
+
+@njit(cache=True, inline="always")
+def _root(parent, i):
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
 @njit(cache=True)
-def split_clusters(points, normals, assignment, max_step, min_pixels):
+def split_clusters(points, normals, assignment, active, max_step, min_pixels):
     """Renumbers ``assignment`` in place by connected components; small ones become -1. Returns how many there are.
 
     Two neighbouring pixels of a cluster are connected when each lies within ``max_step`` of the other's tangent plane.
+    Components are joined in one sweep (union and find) and numbered by their first pixel.
     """
     rows, columns = assignment.shape
-    source = assignment.copy()
-    assignment[:] = -1
-    visited = np.zeros((rows, columns), np.bool_)
-    queue = np.empty((rows * columns, 2), np.int32)
-    count = 0
-    for v0 in range(rows):
-        for u0 in range(columns):
-            if source[v0, u0] < 0 or visited[v0, u0]:
+    flat = assignment.ravel()
+    parent = np.empty(flat.size, np.int32)
+    size = np.zeros(flat.size, np.int32)
+    for v in range(rows):
+        for u in range(columns):
+            if assignment[v, u] < 0:
                 continue
-            head, tail = 0, 1
-            queue[0, 0], queue[0, 1] = v0, u0
-            visited[v0, u0] = True
-            while head < tail:
-                v, u = queue[head]
-                head += 1
-                for dv, du in ((-1, 0), (1, 0), (0, -1), (0, 1)):
-                    b, a = v + dv, u + du
-                    if b < 0 or a < 0 or b >= rows or a >= columns or visited[b, a] or source[b, a] != source[v0, u0]:
-                        continue
-                    here = there = 0.0
-                    for k in range(3):
-                        difference = points[b, a, k] - points[v, u, k]
-                        here += difference * normals[v, u, k]
-                        there += difference * normals[b, a, k]
-                    if abs(here) <= max_step and abs(there) <= max_step:
-                        visited[b, a] = True
-                        queue[tail, 0], queue[tail, 1] = b, a
-                        tail += 1
-            if tail >= min_pixels:
-                for i in range(tail):
-                    assignment[queue[i, 0], queue[i, 1]] = count
+            i = v * columns + u
+            parent[i] = i
+            if u > 0 and flat[i - 1] == flat[i] and _connected(points, normals, v, u, v, u - 1, max_step):
+                parent[i] = _root(parent, i - 1)
+            if v > 0 and flat[i - columns] == flat[i] and _connected(points, normals, v, u, v - 1, u, max_step):
+                first, second = _root(parent, i), _root(parent, i - columns)
+                parent[max(first, second)] = min(first, second)
+    for i in active:
+        if flat[i] >= 0:
+            parent[i] = _root(parent, i)
+            size[parent[i]] += 1
+    count = 0
+    for i in active:  # a root is the first pixel of its component
+        if flat[i] < 0:
+            continue
+        if parent[i] == i:
+            if size[i] >= min_pixels:
+                flat[i] = count
                 count += 1
+            else:
+                flat[i] = -1
+        else:
+            flat[i] = flat[parent[i]]
     return count
 
 

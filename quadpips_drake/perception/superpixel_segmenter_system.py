@@ -12,7 +12,8 @@ from quadpips_drake.timing import StageTimings
 class SuperpixelSegmenter(LeafSystem):
     """Over-segments the floor cap of the egocan into planar superpixels.
 
-    SLIC for sparse multi-channel images, QuadPiPS section V-D, equations 10-14; see perception.superpixels.
+    SLIC for sparse multi-channel images, QuadPiPS section V-D, equations 10-14; see perception.superpixels. The superpixels
+    of the last update are the abstract state: the next one begins with their clusters and hands their ids on.
 
     .. pydrake_system::
 
@@ -23,8 +24,8 @@ class SuperpixelSegmenter(LeafSystem):
         - superpixels
 
     - egocan: abstract EgocanImage, frame E.
-    - superpixels: abstract SuperpixelImage, frame E, every ``config.period`` (20 Hz) or on demand; without clusters while
-      the egocan is empty or nothing in it can be stepped on.
+    - superpixels: abstract SuperpixelImage, frame E, every ``config.period`` (20 Hz); with period 0 on demand, each by
+      itself without memory. Without clusters while the egocan is empty or nothing in it can be stepped on.
     """
 
     def __init__(self, config: SuperpixelConfig | None = None, *, timings: StageTimings | None = None):
@@ -38,5 +39,6 @@ class SuperpixelSegmenter(LeafSystem):
 
     def _segment(self, context) -> SuperpixelImage:
         can = self._can_port.Eval(context)
+        previous = context.get_abstract_state(0).get_value() if self._config.period > 0 else None
         with self._timings.measure("superpixels"):
-            return segment_superpixels(can, self._config)
+            return segment_superpixels(can, self._config, previous)

@@ -34,6 +34,21 @@ def test_shrink_and_grow():
     assert back.symmetric_difference(shapely.Polygon(triangle)).area < 1e-9
 
 
+def test_half_planes_and_clipped_area():
+    lines = polygons.half_planes(np.insert(SQUARE, 2, SQUARE[2], axis=0))  # with an edge of no length
+    np.testing.assert_allclose(lines, [[0, -1, 0], [1, 0, 1], [0, 1, 1], [-1, 0, 0]])
+    rng = np.random.default_rng(1)
+    hull = polygons.convex_hull(rng.random((20, 2)))
+    for angle, offset in zip(rng.uniform(0, 7, 40), rng.uniform(-1, 1, 40), strict=True):
+        nx, ny = np.cos(angle), np.sin(angle)
+        offset += nx / 2 + ny / 2
+        part = polygons.clip_half_plane(hull, nx, ny, offset)
+        np.testing.assert_allclose(
+            polygons.clipped_area(hull, nx, ny, offset), polygons.area_and_centroid(part)[0], atol=1e-12
+        )
+    assert polygons.clipped_area(SQUARE, 1.0, 0.0, 0.25) == 0.25
+
+
 def test_simplify_only_gets_smaller():
     angle = np.linspace(0, 2 * np.pi, 30, endpoint=False)
     circle = np.column_stack((np.cos(angle), np.sin(angle)))

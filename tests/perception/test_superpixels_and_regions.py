@@ -81,8 +81,8 @@ def test_each_stone_has_one_to_four_regions():
 def test_floor_is_covered_with_little_overlap_and_regions_are_well_formed():
     _, superpixels, regions = regions_of(look(Scene([]), [(0.0, base_pose(), 0.0)], CONFIG), CONFIG)
     insets = []
-    for k, region in enumerate(regions.regions):
-        assert region.id == k
+    assert len({region.id for region in regions.regions}) == len(regions.regions)
+    for region in regions.regions:
         R = region.X_WR[:3, :3]
         np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-9)
         assert R[2, 2] > 0.9999 and np.linalg.det(R) > 0
