@@ -4,11 +4,15 @@ Not part of the tests; run with
 
     OPENBLAS_NUM_THREADS=1 pytest tests/benchmarks/bench_perception.py --benchmark-columns=min,median,rounds
 
-The comparison needs scikit-image (pip install scikit-image), which is what a user would pick instead.
+The comparison is with scikit-image, which is what a user would pick instead.
 """
+
+import dataclasses
+import time
 
 import numpy as np
 import pytest
+from skimage.segmentation import slic
 
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.egocan import draw_egocan, update_memory
@@ -65,24 +69,77 @@ def test_cap(benchmark, moment):
     benchmark(draw_egocan, moment[0], CONFIG.egocan)
 
 
+def frames(moment):
+    """Two caps, 50 ms apart."""
+    memory = moment[0]
+    can = draw_egocan(memory, CONFIG.egocan)
+    X_WE = np.array(can.X_WE)
+    X_WE[0, 3] += 0.02
+    return can, draw_egocan(dataclasses.replace(memory, stamp=memory.stamp + 0.05, X_WE=X_WE), CONFIG.egocan)
+
+
+def slic_of(can):
+    """scikit-image's SLIC on the healthy pixels of the same floor image (its normals), as many clusters and rounds."""
+    mask = healthy_pixels(can, CONFIG.superpixels)
+    channels = np.nan_to_num(can.cap_normals)
+    segments = CONFIG.superpixels.num_superpixels
+    return lambda: slic(channels, segments, max_num_iter=CONFIG.superpixels.iterations, mask=mask, channel_axis=-1)
+
+
 def test_superpixels(benchmark, moment):
     benchmark.group = "superpixels"
-    can = draw_egocan(moment[0], CONFIG.egocan)
+    can, _ = frames(moment)
     assert len(benchmark(segment_superpixels, can, CONFIG.superpixels).centers) > 30
 
 
-def test_slic(benchmark, moment):
-    segmentation = pytest.importorskip("skimage.segmentation", reason="pip install scikit-image")
+def test_superpixels_warm(benchmark, moment):
     benchmark.group = "superpixels"
-    can = draw_egocan(moment[0], CONFIG.egocan)
-    healthy = healthy_pixels(can, CONFIG.superpixels)
-    channels = np.nan_to_num(can.cap_normals)
-    benchmark.pedantic(
-        segmentation.slic,
-        args=(channels,),
-        kwargs={"n_segments": 175, "max_num_iter": 5, "mask": healthy, "channel_axis": -1},
-        rounds=5,
-    )
+    first, second = frames(moment)
+    previous = segment_superpixels(first, CONFIG.superpixels)
+    assert len(benchmark(segment_superpixels, second, CONFIG.superpixels, previous).centers) > 30
+
+
+def test_slic(benchmark, moment):
+    benchmark.group = "superpixels"
+    benchmark.pedantic(slic_of(frames(moment)[0]), rounds=5, warmup_rounds=1)
+
+
+def test_ratio_to_slic(moment, capsys):
+    """Turn by turn, in CPU time of one thread, so that other load on the machine matters little."""
+    first, second = frames(moment)
+    previous = segment_superpixels(first, CONFIG.superpixels)
+    runs = {
+        "SLIC of scikit-image": slic_of(first),
+        "from a grid of seeds": lambda: segment_superpixels(first, CONFIG.superpixels),
+        "from the last frame": lambda: segment_superpixels(second, CONFIG.superpixels, previous),
+    }
+    seconds = {name: [] for name in runs}
+    for _ in range(15):
+        for name, run in runs.items():
+            start = time.thread_time()
+            run()
+            seconds[name].append(time.thread_time() - start)
+    median = {name: 1000 * np.median(values) for name, values in seconds.items()}
+    reference = median["SLIC of scikit-image"]
+    with capsys.disabled():
+        healthy = int(healthy_pixels(first, CONFIG.superpixels).sum())
+        print(f"\nsuperpixels, {healthy} of {first.cap_height.size} pixels, CPU time of one thread (median of 15)")
+        for name, value in median.items():
+            print(f"  {name:22} {value:7.2f} ms, {reference / value:5.1f} times as fast as SLIC")
+    assert reference / max(median["from a grid of seeds"], median["from the last frame"]) > 5
+
+
+def test_ids_kept(moment, capsys):
+    """Share of the ids that are kept from frame to frame (20 Hz) on a walk over stepping stones."""
+    scene, memory, image, kept, total = stepping_stones(rows=7, columns=7), None, None, 0, 0
+    for pose in walking_poses(0.8, speed=0.4, rate=20.0):
+        memory = look(scene, [pose], CONFIG, memory=memory)
+        last, image = image, segment_superpixels(draw_egocan(memory, CONFIG.egocan), CONFIG.superpixels, image)
+        if last is not None:
+            kept, total = kept + len(np.intersect1d(last.ids, image.ids)), total + len(last.ids)
+    with capsys.disabled():
+        print(f"\nids kept from frame to frame: {100 * kept / total:.1f} % of {total}; {image.next_id} given in all")
+    assert kept > 0.9 * total
 
 
 def test_regions(benchmark, moment):
