@@ -1,5 +1,7 @@
 """From a depth image to planar regions: the wiring of the perception."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
@@ -15,6 +17,9 @@ from quadpips_drake.sensing.depth_noise_system import DepthNoise
 from quadpips_drake.sensing.self_filter_system import SelfFilter
 from quadpips_drake.timing import StageTimings
 
+_SEEDS_APART = 1_000_003
+"""Between the seeds of the cameras' noise."""
+
 
 def make_perception_module(
     robot: RobotModel,
@@ -23,86 +28,110 @@ def make_perception_module(
     timings: StageTimings | None = None,
     *,
     camera: str = "front",
+    further_cameras: Sequence[str] = (),
     seed: int = 0,
 ) -> Diagram:
     """Returns the diagram "perception".
 
     (DepthNoise ->) (SelfFilter ->) NormalEstimator -> LeggedEgocan -> SuperpixelSegmenter -> RegionExtractor; the first two
     only as far as ``config`` enables them. If it enables the steppability, a SteppabilitySegmenter labels the same images.
+    Each further camera has its own systems up to the egocan, which takes in all of them.
 
     Args:
-        robot: the one that carries the camera; with a changed camera pitch, the station's ``robot``.
-        intrinsics: of the depth image.
+        robot: the one that carries the cameras; with a changed camera pitch, the station's ``robot``.
+        intrinsics: of all depth images.
         config: of all stages.
         timings: stopwatch for all stages.
-        camera: name of the camera among the robot's mounts.
-        seed: of the depth noise.
+        camera: name of the first camera among the robot's mounts; the egocan stands there.
+        further_cameras: names of all others.
+        seed: of the depth noise, which differs from camera to camera.
 
     Input ports:
-        depth_image: ImageDepth32F of ``camera``, as the renderer made it.
-        robot_state: abstract RobotState at the time of the image.
-        labels (optional; not with the SteppabilitySegmenter): abstract LabelImage; without labels all ground is of UNKNOWN
-            steppability and judged by geometry.
+        depth_image, and depth_image_<name> for each further camera: ImageDepth32F, as the renderer made it.
+        robot_state: abstract RobotState at the time of the images.
+        labels, labels_<name> (optional; not with the SteppabilitySegmenter): abstract LabelImage; without labels all ground
+            is of UNKNOWN steppability and judged by geometry.
 
     Output ports: affordance_image, egocan, superpixels, region_set; of the types named like them.
     """
     config = config or PerceptionConfig()
     timings = timings or StageTimings()
     builder = DiagramBuilder()
-    filters = _add_filters(builder, robot, intrinsics, config, timings, camera, seed)
-    normals = builder.AddNamedSystem(
-        "normal_estimator", NormalEstimator(robot.camera(camera).X_BC, intrinsics, config.normals, timings=timings)
+    egocan = builder.AddNamedSystem(
+        "legged_egocan", LeggedEgocan(robot, config.egocan, further_cameras=further_cameras, timings=timings)
     )
-    egocan = builder.AddNamedSystem("legged_egocan", LeggedEgocan(robot, config.egocan, timings=timings))
     superpixels = builder.AddNamedSystem("superpixel_segmenter", SuperpixelSegmenter(config.superpixels, timings=timings))
     regions = builder.AddNamedSystem("region_extractor", RegionExtractor(robot.foot_radius, config.regions, timings=timings))
-
-    builder.Connect(normals.GetOutputPort("affordance_image"), egocan.GetInputPort("affordance_image"))
+    builder.ExportInput(egocan.GetInputPort("robot_state"), "robot_state")
+    for k, name in enumerate((camera, *further_cameras)):
+        suffix = f"_{name}" if k > 0 else ""
+        eye = _Eye(name, suffix, seed + k * _SEEDS_APART, intrinsics)
+        normals = _add_eye(builder, robot, config, timings, eye)
+        builder.Connect(normals.GetOutputPort("affordance_image"), egocan.GetInputPort("affordance_image" + suffix))
+        if k == 0:
+            builder.ExportOutput(normals.GetOutputPort("affordance_image"), "affordance_image")
     builder.Connect(egocan.GetOutputPort("egocan"), superpixels.GetInputPort("egocan"))
     builder.Connect(superpixels.GetOutputPort("superpixels"), regions.GetInputPort("superpixels"))
-
-    chain = [*filters, normals]
-    builder.ExportInput(chain[0].GetInputPort("depth_image"), "depth_image")
-    for first, second in pairwise(chain):
-        builder.Connect(first.GetOutputPort("depth_image"), second.GetInputPort("depth_image"))
-    builder.ExportInput(egocan.GetInputPort("robot_state"), "robot_state")
-    for system in chain:
-        if system.HasInputPort("robot_state"):
-            builder.ConnectInput("robot_state", system.GetInputPort("robot_state"))
-    _connect_labels(builder, filters, normals, robot.camera(camera).X_BC, intrinsics, config, timings)
-    outputs = ((normals, "affordance_image"), (egocan, "egocan"), (superpixels, "superpixels"), (regions, "region_set"))
-    for system, port in outputs:
+    for system, port in ((egocan, "egocan"), (superpixels, "superpixels"), (regions, "region_set")):
         builder.ExportOutput(system.GetOutputPort(port), port)
     diagram = builder.Build()
     diagram.set_name("perception")
     return diagram
 
 
-def _connect_labels(builder, filters, normals, X_BC, intrinsics, config, timings) -> None:
+@dataclass(frozen=True)
+class _Eye:
+    """One camera: its mount, what to append to its names, the seed of its noise."""
+
+    camera: str
+    suffix: str
+    seed: int
+    intrinsics: CameraIntrinsics
+
+
+def _add_eye(builder, robot, config, timings, eye: _Eye) -> NormalEstimator:
+    """Adds everything from the depth image of one camera to its affordance image; returns the last system."""
+    X_BC = robot.camera(eye.camera).X_BC
+    filters = _add_filters(builder, robot, config, timings, eye)
+    normals = builder.AddNamedSystem(
+        "normal_estimator" + eye.suffix, NormalEstimator(X_BC, eye.intrinsics, config.normals, timings=timings)
+    )
+    chain = [*filters, normals]
+    builder.ExportInput(chain[0].GetInputPort("depth_image"), "depth_image" + eye.suffix)
+    for first, second in pairwise(chain):
+        builder.Connect(first.GetOutputPort("depth_image"), second.GetInputPort("depth_image"))
+    for system in chain:
+        if system.HasInputPort("robot_state"):
+            builder.ConnectInput("robot_state", system.GetInputPort("robot_state"))
+    _connect_labels(builder, filters, normals, X_BC, config, timings, eye)
+    return normals
+
+
+def _connect_labels(builder, filters, normals, X_BC, config, timings, eye: _Eye) -> None:
     """Exports the input for labels, or adds the network, which labels the images that ``normals`` sees."""
     if not config.steppability.enabled:
-        builder.ExportInput(normals.GetInputPort("labels"), "labels")
+        builder.ExportInput(normals.GetInputPort("labels"), "labels" + eye.suffix)
         return
     # Imported here, because torch takes its time.
     from quadpips_drake.learning.steppability_segmenter_system import SteppabilitySegmenter
 
-    segmenter = SteppabilitySegmenter(X_BC, intrinsics, config.steppability, timings=timings)
-    builder.AddNamedSystem("steppability_segmenter", segmenter)
+    segmenter = SteppabilitySegmenter(X_BC, eye.intrinsics, config.steppability, timings=timings)
+    builder.AddNamedSystem("steppability_segmenter" + eye.suffix, segmenter)
     if filters:
         builder.Connect(filters[-1].GetOutputPort("depth_image"), segmenter.GetInputPort("depth_image"))
     else:
-        builder.ConnectInput("depth_image", segmenter.GetInputPort("depth_image"))
+        builder.ConnectInput("depth_image" + eye.suffix, segmenter.GetInputPort("depth_image"))
     builder.ConnectInput("robot_state", segmenter.GetInputPort("robot_state"))
     builder.Connect(segmenter.GetOutputPort("labels"), normals.GetInputPort("labels"))
 
 
-def _add_filters(builder, robot, intrinsics, config, timings, camera, seed) -> list:
+def _add_filters(builder, robot, config, timings, eye: _Eye) -> list:
     """Adds noise and self-filter, as far as they are enabled, and returns them in the order of the data flow."""
     filters = []
     if config.depth_noise.enabled:
-        noise = DepthNoise(config.depth_noise, intrinsics=intrinsics, seed=seed, timings=timings)
-        filters.append(builder.AddNamedSystem("depth_noise", noise))
+        noise = DepthNoise(config.depth_noise, intrinsics=eye.intrinsics, seed=eye.seed, timings=timings)
+        filters.append(builder.AddNamedSystem("depth_noise" + eye.suffix, noise))
     if config.self_filter.enabled:
-        self_filter = SelfFilter(robot, config.self_filter, intrinsics=intrinsics, camera=camera, timings=timings)
-        filters.append(builder.AddNamedSystem("self_filter", self_filter))
+        filter_ = SelfFilter(robot, config.self_filter, intrinsics=eye.intrinsics, camera=eye.camera, timings=timings)
+        filters.append(builder.AddNamedSystem("self_filter" + eye.suffix, filter_))
     return filters

@@ -190,10 +190,13 @@ class QuadpipsDiagram(Diagram):
                 self._config.perception,
                 timings,
                 camera=self._config.station.camera_name,
+                further_cameras=self._config.station.further_cameras,
                 seed=seed,
             )
         )
-        builder.Connect(self.station.GetOutputPort("depth_image"), perception.GetInputPort("depth_image"))
+        for suffix in ("", *(f"_{name}" for name in self._config.station.further_cameras)):
+            port = "depth_image" + suffix
+            builder.Connect(self.station.GetOutputPort(port), perception.GetInputPort(port))
         builder.Connect(robot_state, perception.GetInputPort("robot_state"))
         return perception.GetOutputPort("region_set")
 

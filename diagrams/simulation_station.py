@@ -43,7 +43,9 @@ class StationConfig:
     contact_threshold: float = 5.0
     """Force from which on a foot is reported to be in contact [N]."""
     camera_name: str = "front"
-    """Which of the robot's cameras is the depth camera."""
+    """Which of the robot's cameras is the depth camera, at which perception's egocan stands."""
+    further_cameras: list[str] = field(default_factory=list)
+    """Which others look around as well, for example [left, right, rear]; each costs its rendering, normals and egocan."""
     camera_pitch: float | None = None
     """Viewing direction of that camera below the horizon [rad]; null: the robot's."""
     camera: DepthCameraConfig = field(default_factory=DepthCameraConfig)
@@ -59,6 +61,8 @@ class StationConfig:
             raise UserInputError(
                 f"station: contact_approximation must be sap, similar or lagged, got '{self.contact_approximation}'"
             )
+        if len({self.camera_name, *self.further_cameras}) != 1 + len(self.further_cameras):
+            raise UserInputError(f"station: further_cameras must name other cameras than '{self.camera_name}', each once")
         for name in ("stiffness", "damping"):
             gains = getattr(self, name)
             if gains is not None and (len(gains) != JOINTS_PER_LEG or min(gains) < 0):
@@ -82,6 +86,8 @@ class SimulationStation(Diagram):
         - plant_state
         - depth_image
         - camera_pose
+        - depth_image_<camera> (one for each of further_cameras)
+        - camera_pose_<camera> (one for each of further_cameras)
         - robot_state
         - joint_torques
         - contact_results
@@ -94,6 +100,7 @@ class SimulationStation(Diagram):
     - depth_image: ImageDepth32F (width, height) [m], along the optical axis; 0 too near, inf too far or nothing there. It is
       rendered when it is read, without delay: whoever samples it sets the rate (``camera_period``).
     - camera_pose: RigidTransform X_WC of the optical frame (x right, y down, z forward).
+    - depth_image_<camera>, camera_pose_<camera>: the same of the further cameras.
     - joint_torques: what the drives applied in the last step, after clamping [N m], vector (12,).
     - imu: angular velocity [rad/s], specific force [m/s^2] in the base's axes, vector (6,).
 
@@ -154,7 +161,7 @@ class SimulationStation(Diagram):
         return touching_links(self.GetOutputPort("contact_results").Eval(context), self.contact_geometries)
 
     def _add_camera(self, builder: DiagramBuilder) -> MultibodyPlant:
-        """Adds the camera with a scene of its own, whose poses are computed when an image is read.
+        """Adds the cameras with a scene of their own, whose poses are computed when an image is read.
 
         In the plant's scene, the renderer would follow every step of the physics, which takes longer than the physics.
         """
@@ -169,10 +176,12 @@ class SimulationStation(Diagram):
         builder.Connect(poses.get_output_port(), scene.get_source_pose_port(plant.get_source_id()))
 
         base = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base").index())
-        camera = add_depth_camera(builder, scene, base, self.robot.camera(self.config.camera_name), self.config.camera)
-        builder.Connect(scene.get_query_output_port(), camera.query_object_input_port())
-        builder.ExportOutput(camera.depth_image_32F_output_port(), "depth_image")
-        builder.ExportOutput(camera.body_pose_in_world_output_port(), "camera_pose")
+        names = [self.config.camera_name, *self.config.further_cameras]
+        for name, suffix in zip(names, ["", *(f"_{name}" for name in names[1:])], strict=True):
+            camera = add_depth_camera(builder, scene, base, self.robot.camera(name), self.config.camera)
+            builder.Connect(scene.get_query_output_port(), camera.query_object_input_port())
+            builder.ExportOutput(camera.depth_image_32F_output_port(), "depth_image" + suffix)
+            builder.ExportOutput(camera.body_pose_in_world_output_port(), "camera_pose" + suffix)
         return plant
 
     def _add_sensors(self, builder: DiagramBuilder) -> None:

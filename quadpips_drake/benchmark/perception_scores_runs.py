@@ -3,22 +3,19 @@
 from collections.abc import Callable, Iterator
 
 import numpy as np
+from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RollPitchYaw
+from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.benchmark.perception_scores import PerceptionSample, PerceptionScorer
 from quadpips_drake.benchmark.trial import Trial, TrialConfig
+from quadpips_drake.diagrams.perception_module import make_perception_module
 from quadpips_drake.diagrams.simulation_station import SimulationStation, standing_pose
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.egocan import begin_memory, draw_egocan, update_memory
-from quadpips_drake.perception.normal_estimator_system import make_affordance_image
-from quadpips_drake.perception.region_extraction import extract_regions
-from quadpips_drake.perception.superpixels import segment_superpixels
 from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.robot_state import RobotState
-from quadpips_drake.sensing.depth_noise import add_depth_noise
 from quadpips_drake.sensing.pose_drift import drift_state, drifted_world
-from quadpips_drake.sensing.self_filter import find_own_body
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.timing import StageTimings
@@ -26,7 +23,9 @@ from quadpips_drake.timing import StageTimings
 SAMPLE_PERIOD = 0.2
 """Between two scored moments [s]."""
 _FRAMES_PER_SAMPLE = 6
-"""Images of the led camera between two scored moments (30 Hz)."""
+"""Images of the led camera between two scored moments."""
+FRAME_PERIOD = SAMPLE_PERIOD / _FRAMES_PER_SAMPLE
+"""Between two images of the led camera [s] (30 Hz)."""
 
 
 def score_walk(config: TrialConfig, progress: Callable[[float], None] | None = None) -> tuple[PerceptionScorer, dict]:
@@ -103,36 +102,38 @@ def score_camera_path(
 
 
 def camera_path(config: TrialConfig, terrain, speed: float, timings: StageTimings) -> Iterator[PerceptionSample]:
-    """Yields a sample every SAMPLE_PERIOD along the way from start to goal."""
+    """Yields a sample every SAMPLE_PERIOD along the way from start to goal; perception is the same diagram as in a trial."""
     stages = config.stages
     station = SimulationStation(load_robot(config.robot), terrain, stages.station)
-    robot, intrinsics, perception = station.robot, station.camera_intrinsics, stages.perception
-    X_BC, context = robot.camera(stages.station.camera_name).X_BC, station.CreateDefaultContext()
-    memory = None
-    for k, state in enumerate(swaying_states(robot, terrain, speed)):
+    further, intrinsics = stages.station.further_cameras, station.camera_intrinsics
+    cameras = {"camera": stages.station.camera_name, "further_cameras": further}
+    perception = make_perception_module(station.robot, intrinsics, stages.perception, timings, **cameras, seed=config.seed)
+    context, simulator = station.CreateDefaultContext(), Simulator(perception)
+    of_perception = simulator.get_mutable_context()
+    for k, state in enumerate(swaying_states(station.robot, terrain, speed)):
         context.SetTime(state.stamp)
         plant_context = station.plant.GetMyMutableContextFromRoot(context)
-        robot.set_state(station.plant, plant_context, state.p_WB, state.rpy_WB, state.joint_positions)
-        true_depth = station.GetOutputPort("depth_image").Eval(context).data[:, :, 0].copy()
-        X_WC = station.GetOutputPort("camera_pose").Eval(context).GetAsMatrix4()
+        station.robot.set_state(station.plant, plant_context, state.p_WB, state.rpy_WB, state.joint_positions)
+        for port in ("depth_image", *(f"depth_image_{name}" for name in further)):
+            image = station.GetOutputPort(port).Eval(context)
+            perception.GetInputPort(port).FixValue(of_perception, Value(image))
         X_WO = drifted_world(state.stamp, config.seed, stages.drift)
         estimate = drift_state(state, X_WO) if stages.drift.enabled else state
-        depth = add_depth_noise(true_depth, state.stamp, config.seed, perception.depth_noise)
-        with timings.measure("self_filter"):
-            depth[find_own_body(depth, intrinsics, X_BC, state.joint_positions, robot, perception.self_filter)] = np.nan
-        with timings.measure("normals"):
-            image = make_affordance_image(depth, estimate, X_BC, intrinsics, perception.normals)
-        with timings.measure("egocan"):
-            memory = _remember(memory, image, estimate, robot, perception.egocan)
+        perception.GetInputPort("robot_state").FixValue(of_perception, AbstractValue.Make(estimate))
+        if k == 0:
+            simulator.Initialize()
+        simulator.AdvanceTo((k + 1) * FRAME_PERIOD)
         if k % _FRAMES_PER_SAMPLE:
             continue
-        with timings.measure("egocan_cap"):
-            can = draw_egocan(memory, perception.egocan)
-        with timings.measure("superpixels"):
-            superpixels = segment_superpixels(can, perception.superpixels)
-        with timings.measure("regions"):
-            regions = extract_regions(superpixels, robot.foot_radius, perception.regions)
-        yield PerceptionSample(state.stamp, X_WC, true_depth, intrinsics, X_WO, can, regions)
+        yield PerceptionSample(
+            stamp=state.stamp,
+            X_WC=station.GetOutputPort("camera_pose").Eval(context).GetAsMatrix4(),
+            true_depth=station.GetOutputPort("depth_image").Eval(context).data[:, :, 0].copy(),
+            intrinsics=intrinsics,
+            X_WO=X_WO,
+            can=perception.GetOutputPort("egocan").Eval(of_perception),
+            regions=perception.GetOutputPort("region_set").Eval(of_perception),
+        )
 
 
 def swaying_states(robot, terrain, speed: float) -> Iterator[RobotState]:
@@ -140,10 +141,9 @@ def swaying_states(robot, terrain, speed: float) -> Iterator[RobotState]:
     truth, start, goal = GroundTruth(terrain), np.array(terrain.start[:2]), np.array(terrain.goal)
     yaw = np.arctan2(*(goal - start)[::-1])
     _, joints = standing_pose(robot, truth, *terrain.start)
-    period = SAMPLE_PERIOD / _FRAMES_PER_SAMPLE
     blank = vars(empty_robot_state())
-    for k in range(int(np.linalg.norm(goal - start) / speed / period) + 1):
-        t = k * period
+    for k in range(int(np.linalg.norm(goal - start) / speed / FRAME_PERIOD) + 1):
+        t = k * FRAME_PERIOD
         x, y = start + (goal - start) * (speed * t / np.linalg.norm(goal - start))
         ahead = np.linspace(-0.6, 0.6, 13)
         ground = truth.nearest_walkable_height(x + ahead * np.cos(yaw), y + ahead * np.sin(yaw)).mean()
@@ -151,14 +151,3 @@ def swaying_states(robot, terrain, speed: float) -> Iterator[RobotState]:
         p_WB = np.array([x, y + 0.03 * np.sin(3 * t), ground + robot.nominal_base_height + 0.02 * np.sin(10.7 * t)])
         R_WB = RollPitchYaw(rpy).ToRotationMatrix().matrix()
         yield RobotState(**{**blank, "stamp": t, "p_WB": p_WB, "rpy_WB": rpy, "R_WB": R_WB, "joint_positions": joints})
-
-
-def _remember(memory, image, state: RobotState, robot, config):
-    """Returns the egocan's memory after ``image``; the first one starts it."""
-    yaw = float(state.rpy_WB[2])
-    if memory is not None:
-        return update_memory(memory, image, yaw, config)
-    X_WB = np.eye(4)
-    X_WB[:3, :3], X_WB[:3, 3] = state.R_WB, state.p_WB
-    p_WG = state.p_WB + robot.foot_positions_B(state.joint_positions) @ state.R_WB.T - [0.0, 0.0, robot.foot_radius]
-    return begin_memory(image, yaw, X_WB, p_WG, config)

@@ -15,6 +15,7 @@ blocked by each tread's edge, which hides more than a third of the next tread be
 With ``cap_pixel: 0`` the rays are the paper's.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -120,37 +121,50 @@ def yaw_of(X_WE: np.ndarray) -> float:
 
 
 def begin_memory(
-    image: AffordanceImage, yaw: float, X_WB: np.ndarray, p_WG: np.ndarray, config: EgocanConfig
+    images: Sequence[AffordanceImage], yaw: float, X_WB: np.ndarray, p_WG: np.ndarray, config: EgocanConfig
 ) -> EgocanMemory:
-    """Returns the memory at the start: the first image, and the assumption that the robot stands on flat ground.
+    """Returns the memory at the start: the first images, and the assumption that the robot stands on flat ground.
 
     QuadPiPS section V-D.2 assumes that planning begins on flat, obstacle-free terrain and fills in unseen floor. Here the
-    assumption is limited to a rectangle around the feet, it is the plane through the feet, it never reaches into the
-    camera's view, and any measurement overrules it. ``p_WG``: ground points under the feet [m], (4, 3).
+    assumption is limited to a rectangle around the feet, it is the plane through the feet, it never reaches into a camera's
+    view, and any measurement overrules it. ``images``: as for ``update_memory``; ``p_WG``: ground points under the feet [m],
+    (4, 3).
     """
     memory = EgocanMemory.empty(config)
-    if image.depth.size == 0:
+    if not _usable(images, yaw):
         return memory
-    ground = scroll_to(memory.ground, image.X_WC[:3, 3], config.ground)
-    ground = assume_ground(ground, image, X_WB, p_WG, config.ground)
-    X_WE = egocan_frame(image.X_WC[:3, 3], yaw)
+    X_WE = egocan_frame(images[0].X_WC[:3, 3], yaw)
+    ground = scroll_to(memory.ground, X_WE[:3, 3], config.ground)
+    ground = assume_ground(ground, images, X_WB, p_WG, config.ground)
     memory = EgocanMemory(-np.inf, X_WE, ground, memory.cylinder_points, memory.cylinder_normals, memory.cylinder_labels)
-    return update_memory(memory, image, yaw, config)
+    return update_memory(memory, images, yaw, config)
 
 
-def update_memory(memory: EgocanMemory, image: AffordanceImage, yaw: float, config: EgocanConfig) -> EgocanMemory:
-    """Returns ``memory`` moved to the pose of ``image`` and overwritten with what it shows.
+def update_memory(memory: EgocanMemory, images: Sequence[AffordanceImage], yaw: float, config: EgocanConfig) -> EgocanMemory:
+    """Returns ``memory`` moved to the newest pose and overwritten with what ``images`` show.
 
-    ``yaw``: of the base [rad]. An empty image, or one that is not newer than the memory, changes nothing.
+    Args:
+        memory: before.
+        images: of all cameras, taken at the same time. The can stands at the first camera. Images without pixels are
+            skipped; if none has any, or they are not newer than the memory, nothing changes.
+        yaw: of the base [rad].
+        config: of the egocan.
     """
-    if image.depth.size == 0 or not np.isfinite(yaw) or not image.stamp > memory.stamp:
+    if not _usable(images, yaw) or not images[0].stamp > memory.stamp:
         return memory
-    X_WE = egocan_frame(image.X_WC[:3, 3], yaw)
+    X_WE = egocan_frame(images[0].X_WC[:3, 3], yaw)
     if _jumped(memory, X_WE, config):
         memory = EgocanMemory.empty(config)
-    ground = measure_ground(memory.ground, [image], X_WE[:3, 3], config.ground)
-    points, normals, labels = _update_cylinder(memory, image, X_WE, config)
-    return EgocanMemory(image.stamp, X_WE, ground, points, normals, labels)
+    stamp, images = images[0].stamp, [image for image in images if image.depth.size > 0]
+    ground = measure_ground(memory.ground, images, X_WE[:3, 3], config.ground)
+    points, normals, labels = _update_cylinder(memory, images, X_WE, config)
+    return EgocanMemory(stamp, X_WE, ground, points, normals, labels)
+
+
+def _usable(images: Sequence[AffordanceImage], yaw: float) -> bool:
+    """Whether the pose of the first camera is known and any camera shows anything."""
+    known = np.isfinite(images[0].stamp) and np.isfinite(yaw)
+    return bool(known and any(image.depth.size > 0 for image in images))
 
 
 def _jumped(memory: EgocanMemory, X_WE: np.ndarray, config: EgocanConfig) -> bool:
@@ -162,25 +176,21 @@ def _jumped(memory: EgocanMemory, X_WE: np.ndarray, config: EgocanConfig) -> boo
     return bool(moved > config.max_jump or turned > config.max_turn)
 
 
-def _update_cylinder(memory: EgocanMemory, image: AffordanceImage, X_WE: np.ndarray, config: EgocanConfig):
+def _update_cylinder(memory: EgocanMemory, images: list[AffordanceImage], X_WE: np.ndarray, config: EgocanConfig):
     """Returns points, normals (both in W) and labels of the new cylinder (equations 1-3; the smallest range wins)."""
     shape = (config.cylinder_height, config.cylinder_width)
     points = np.full((*shape, 3), np.nan, np.float32)
     normals = np.full((*shape, 3), np.nan, np.float32)
     labels = np.zeros(shape, np.uint8)
     ranges = np.full(shape, np.inf, np.float32)
-    camera = pack_camera(image.X_WC, image.intrinsics)
     canvas = (X_WE, config.v_fov, ranges, points, normals, labels)
-    kernels.move_cylinder(
-        memory.cylinder_points,
-        memory.cylinder_normals,
-        memory.cylinder_labels,
-        image.depth,
-        camera,
-        config.ground.see_through,
-        *canvas,
-    )
-    kernels.add_to_cylinder(image.depth, image.normals, image.labels, camera, config.cylinder_stride, *canvas)
+    cameras = [pack_camera(image.X_WC, image.intrinsics) for image in images]
+    kept = np.array(memory.cylinder_points)
+    for image, camera in zip(images, cameras, strict=True):
+        kernels.drop_disproved(kept, image.depth, camera, config.ground.see_through)
+    kernels.move_cylinder(kept, memory.cylinder_normals, memory.cylinder_labels, *canvas)
+    for image, camera in zip(images, cameras, strict=True):
+        kernels.add_to_cylinder(image.depth, image.normals, image.labels, camera, config.cylinder_stride, *canvas)
     return points, normals, labels
 
 

@@ -81,12 +81,22 @@ def _onto_cylinder(x, y, z, n0, n1, n2, label, X_WE, v_fov, ranges, points, norm
 
 
 @njit(cache=True)
-def move_cylinder(old_points, old_normals, old_labels, depth, camera, margin, X_WE, v_fov, ranges, points, normals, labels):
-    """Carries the old points over to the new pose (equation 3), except those that the camera now sees through."""
+def drop_disproved(points, depth, camera, margin):
+    """Makes those points (h_cyl, w_cyl, 3) of W unknown through which the camera now sees."""
+    for v in range(points.shape[0]):
+        for u in range(points.shape[1]):
+            x, y, z = points[v, u, 0], points[v, u, 1], points[v, u, 2]
+            if x == x and sees_through(x, y, z, depth, camera, margin):
+                points[v, u, :] = np.nan
+
+
+@njit(cache=True)
+def move_cylinder(old_points, old_normals, old_labels, X_WE, v_fov, ranges, points, normals, labels):
+    """Carries the old points over to the new pose (equation 3)."""
     for v in range(old_points.shape[0]):
         for u in range(old_points.shape[1]):
             x, y, z = old_points[v, u, 0], old_points[v, u, 1], old_points[v, u, 2]
-            if x == x and not sees_through(x, y, z, depth, camera, margin):
+            if x == x:
                 n = old_normals[v, u]
                 _onto_cylinder(x, y, z, n[0], n[1], n[2], old_labels[v, u], X_WE, v_fov, ranges, points, normals, labels)
 

@@ -146,12 +146,19 @@ def measure_ground(
 
 
 def assume_ground(
-    memory: GroundMemory, image: AffordanceImage, X_WB: np.ndarray, p_WG: np.ndarray, config: GroundMemoryConfig
+    memory: GroundMemory,
+    images: Sequence[AffordanceImage],
+    X_WB: np.ndarray,
+    p_WG: np.ndarray,
+    config: GroundMemoryConfig,
 ) -> GroundMemory:
     """Returns ``memory`` with the plane through the ground points ``p_WG`` [m], (4, 3), laid around the base.
 
-    Cells that lie in the camera's field of view are left alone, whether or not the image shows anything there.
+    Cells that lie in a camera's field of view are left alone, whether or not its image shows anything there. Feet that are
+    nowhere (NaN) carry no assumption.
     """
+    if not (np.isfinite(p_WG).all() and np.isfinite(X_WB).all()):
+        return memory
     center = p_WG.mean(axis=0)
     basis = np.column_stack([p_WG[:, 0] - center[0], p_WG[:, 1] - center[1]])
     slope, *_ = np.linalg.lstsq(basis, p_WG[:, 2] - center[2], rcond=None)
@@ -165,7 +172,9 @@ def assume_ground(
     aside = heading[0] * (y - X_WB[1, 3]) - heading[1] * (x - X_WB[0, 3])
     chosen = (ahead > -config.assumed_behind) & (ahead < config.assumed_ahead)
     chosen &= np.abs(aside) < config.assumed_half_width
-    chosen &= ~_in_view(x, y, z, image) & np.isnan(memory.height)
+    chosen &= np.isnan(memory.height)
+    for image in images:
+        chosen &= ~_in_view(x, y, z, image)
     height, normals = np.array(memory.height), np.array(memory.normal)
     height[chosen] = z[chosen]
     normals[chosen] = normal

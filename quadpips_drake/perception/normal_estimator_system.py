@@ -1,5 +1,7 @@
 """The system around the normal estimation."""
 
+from dataclasses import replace
+
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
@@ -37,7 +39,7 @@ class NormalEstimator(LeafSystem):
     - labels: abstract LabelImage of the same size, at this time or before; its labels follow the points into this image.
       Any other size, or none at all, makes every pixel UNKNOWN.
     - affordance_image: abstract AffordanceImage in C; NaN where invalid, +inf kept in the depth where nothing is in range;
-      without a pixel when the image has not the expected size or the pose is not finite.
+      without a pixel when the image has not the expected size; without time, too, when the pose is not finite.
     """
 
     def __init__(
@@ -91,10 +93,12 @@ def make_affordance_image(
     X_WB = np.eye(4)
     X_WB[:3, :3] = state.R_WB
     X_WB[:3, 3] = state.p_WB
-    X_WC = X_WB @ X_BC
     shape = (intrinsics.height, intrinsics.width)
-    if depth.shape != shape or not np.all(np.isfinite(X_WC)):
+    if not (np.all(np.isfinite(X_WB)) and np.isfinite(state.stamp)):
         return AffordanceImage.empty()
+    X_WC = X_WB @ X_BC
+    if depth.shape != shape:
+        return replace(AffordanceImage.empty(), stamp=state.stamp, X_WC=X_WC)
     cleaned = clean_depth(depth, config)
     if labelled is None:
         labels = np.full(shape, Steppability.UNKNOWN, np.uint8)

@@ -7,6 +7,8 @@ import numpy as np
 from quadpips_drake.errors import UserInputError
 
 _STAMP_RESOLUTION = 1e-6
+_LARGEST = 10.0
+"""What claims to be further away is no measurement but a saturated pixel, and gets no noise [m]."""
 
 
 @dataclass
@@ -46,7 +48,7 @@ def add_depth_noise(depth: np.ndarray, stamp: float, seed: int, config: DepthNoi
     frame = max(round(stamp / _STAMP_RESOLUTION), 0)
     generator = np.random.Generator(np.random.SFC64(np.random.SeedSequence([seed, frame])))
     noisy = depth.copy()
-    measured = np.isfinite(depth) & (depth > 0.0)
+    measured = (depth > 0.0) & (depth < _LARGEST)
     if config.sigma > 0.0 or config.sigma_growth > 0.0:
         normal = generator.standard_normal(depth.shape, dtype=np.float32)
         deviation = np.float32(config.sigma) + np.float32(config.sigma_growth) * np.where(measured, depth, 0.0) ** 2

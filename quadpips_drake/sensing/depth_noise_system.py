@@ -24,7 +24,8 @@ class DepthNoise(LeafSystem):
         - depth_image
 
     - depth_image (input): ImageDepth32F (width, height) [m], along the optical axis; 0 is too near, inf too far.
-    - depth_image (output): the same with noise; additionally NaN where a pixel is lost.
+    - depth_image (output): the same with noise; additionally NaN where a pixel is lost, and everywhere if the input has not
+      the expected size.
     """
 
     def __init__(
@@ -45,6 +46,9 @@ class DepthNoise(LeafSystem):
 
     def _calc_image(self, context, output):
         depth = self._image.Eval(context).data[:, :, 0]
+        result = output.get_mutable_value().mutable_data[:, :, 0]
+        if depth.shape != result.shape:
+            result[:] = np.nan
+            return
         with self._timings.measure("depth_noise"):
-            noisy = add_depth_noise(depth, context.get_time(), self._seed, self._config)
-        np.copyto(output.get_mutable_value().mutable_data[:, :, 0], noisy)
+            result[:] = add_depth_noise(depth, context.get_time(), self._seed, self._config)

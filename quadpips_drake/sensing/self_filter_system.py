@@ -28,7 +28,8 @@ class SelfFilter(LeafSystem):
 
     - depth_image (input): ImageDepth32F (width, height) [m], along the optical axis; NaN, 0 or inf where there is none.
     - robot_state: RobotState of the same time; only its joint angles are used.
-    - depth_image (output): the same image with NaN where the robot is; all other values untouched.
+    - depth_image (output): the same image with NaN where the robot is; all other values untouched. NaN everywhere if the
+      input has not the expected size.
     """
 
     def __init__(
@@ -53,6 +54,9 @@ class SelfFilter(LeafSystem):
     def _calc_image(self, context, output):
         depth = self._image.Eval(context).data[:, :, 0]
         result = output.get_mutable_value().mutable_data[:, :, 0]
+        if depth.shape != result.shape:
+            result[:] = np.nan
+            return
         np.copyto(result, depth)
         if not self._config.enabled:
             return

@@ -43,7 +43,7 @@ def moment():
 def perceive(memory, depth, X_WC):
     """From the depth image to the regions."""
     image = affordance(depth, X_WC, memory.stamp + 1.0 / 30.0, CONFIG, INTRINSICS)
-    can = draw_egocan(update_memory(memory, image, 0.0, CONFIG.egocan), CONFIG.egocan)
+    can = draw_egocan(update_memory(memory, [image], 0.0, CONFIG.egocan), CONFIG.egocan)
     return extract_regions(segment_superpixels(can, CONFIG.superpixels), FOOT_RADIUS, CONFIG.regions)
 
 
@@ -61,7 +61,7 @@ def test_egocan(benchmark, moment):
     benchmark.group = "stages"
     memory, depth, X_WC = moment
     image = affordance(depth, X_WC, memory.stamp + 1.0 / 30.0, CONFIG, INTRINSICS)
-    benchmark(update_memory, memory, image, 0.0, CONFIG.egocan)
+    benchmark(update_memory, memory, [image], 0.0, CONFIG.egocan)
 
 
 def test_cap(benchmark, moment):

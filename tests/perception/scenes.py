@@ -127,9 +127,9 @@ def look(scene, poses, config, intrinsics=MEDIUM, memory=None, noise=None):
         depth = scene.depth(X_WC, intrinsics)
         image = affordance(depth if noise is None else noise(depth), X_WC, stamp, config, intrinsics)
         if memory is None:
-            memory = begin_memory(image, yaw, X_WB, FEET, config.egocan)
+            memory = begin_memory([image], yaw, X_WB, FEET, config.egocan)
         else:
-            memory = update_memory(memory, image, yaw, config.egocan)
+            memory = update_memory(memory, [image], yaw, config.egocan)
     return memory
 
 

@@ -117,7 +117,7 @@ def test_assumed_ground_is_the_plane_through_the_feet():
     X_WB = base_pose()
     feet = FEET + np.array([0.0, 0.0, 1.0]) * (0.1 * FEET[:, :1] + 0.02)
     image = affordance(Scene([]).depth(X_WB @ camera_mount(), MEDIUM), X_WB @ camera_mount(), 0.0, CONFIG, MEDIUM)
-    memory = begin_memory(image, 0.0, X_WB, feet, CONFIG.egocan)
+    memory = begin_memory([image], 0.0, X_WB, feet, CONFIG.egocan)
     assert height_at(memory, -0.405, 0.005) == pytest.approx(0.02 - 0.0405, abs=1e-6)
 
 
@@ -144,12 +144,12 @@ def test_an_image_twice_a_jump_and_nonsense_are_survived():
         Scene([]).depth(X_WB @ camera_mount(), MEDIUM), X_WB @ camera_mount(), t, CONFIG, MEDIUM
     )
     memory = look(Scene([]), [(0.0, base_pose(), 0.0)], CONFIG)
-    assert update_memory(memory, image_of(base_pose(), 0.0), 0.0, CONFIG.egocan) is memory
-    assert update_memory(memory, AffordanceImage.empty(), 0.0, CONFIG.egocan) is memory
-    assert update_memory(memory, image_of(base_pose(), 1.0), np.nan, CONFIG.egocan) is memory
-    jumped = update_memory(memory, image_of(base_pose(y=0.8), 0.1), 0.0, CONFIG.egocan)
+    assert update_memory(memory, [image_of(base_pose(), 0.0)], 0.0, CONFIG.egocan) is memory
+    assert update_memory(memory, [AffordanceImage.empty()], 0.0, CONFIG.egocan) is memory
+    assert update_memory(memory, [image_of(base_pose(), 1.0)], np.nan, CONFIG.egocan) is memory
+    jumped = update_memory(memory, [image_of(base_pose(y=0.8), 0.1)], 0.0, CONFIG.egocan)
     assert np.isnan(height_at(jumped, -0.3, 0.8)) and np.isnan(height_at(jumped, -0.3, 0.0))
-    far = update_memory(memory, image_of(base_pose(x=1e7), 0.1), 0.0, CONFIG.egocan)
+    far = update_memory(memory, [image_of(base_pose(x=1e7), 0.1)], 0.0, CONFIG.egocan)
     assert np.isfinite(far.ground.height).any()
 
 

@@ -41,7 +41,7 @@ def show(memory, scene, stamp, label, X_WB=None):
     X_WC = (base_pose() if X_WB is None else X_WB) @ camera_mount()
     labels = np.full((MEDIUM.height, MEDIUM.width), label, np.uint8)
     image = affordance(scene.depth(X_WC, MEDIUM), X_WC, stamp, CONFIG, MEDIUM, labels)
-    return update_memory(memory, image, 0.0, CONFIG.egocan)
+    return update_memory(memory, [image], 0.0, CONFIG.egocan)
 
 
 def count_stone(memory, scene, trusted_share):

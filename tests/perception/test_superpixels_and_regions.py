@@ -122,7 +122,7 @@ def test_slopes_are_found_up_to_the_limit():
         p_WQ = np.array([0.7, 0.0, 0.0])
         depth = ((p_WQ - X_WC[:3, 3]) @ normal / (ray @ normal)).astype(np.float32)
         image = affordance(np.where(depth > 0, depth, np.inf), X_WC, 0.0, CONFIG, MEDIUM)
-        memory = update_memory(EgocanMemory.empty(CONFIG.egocan), image, 0.0, CONFIG.egocan)
+        memory = update_memory(EgocanMemory.empty(CONFIG.egocan), [image], 0.0, CONFIG.egocan)
         _, _, regions = regions_of(memory, CONFIG)
         assert (len(regions.regions) > 10) == expected
         for region in regions.regions:
@@ -135,7 +135,7 @@ def test_labels_forbid_stepping():
     depth = Scene([]).depth(X_WC, MEDIUM)
     for label, expected in ((Steppability.STEPPABLE, True), (Steppability.PASSABLE, False)):
         image = affordance(depth, X_WC, 0.1, CONFIG, MEDIUM, np.full(depth.shape, label, np.uint8))
-        memory = update_memory(look(Scene([]), [(0.0, base_pose(), 0.0)], CONFIG), image, 0.0, CONFIG.egocan)
+        memory = update_memory(look(Scene([]), [(0.0, base_pose(), 0.0)], CONFIG), [image], 0.0, CONFIG.egocan)
         _, _, regions = regions_of(memory, CONFIG)
         ahead = [region for region in regions.regions if region.center[0] > 1.0]
         assert bool(ahead) == expected
@@ -151,7 +151,7 @@ def test_labels_forbid_stepping():
 def test_nonsense_images_give_no_regions(nonsense):
     X_WC = base_pose() @ camera_mount()
     image = affordance(nonsense, X_WC, 0.0, CONFIG, MEDIUM)
-    _, _, regions = regions_of(update_memory(EgocanMemory.empty(CONFIG.egocan), image, 0.0, CONFIG.egocan), CONFIG)
+    _, _, regions = regions_of(update_memory(EgocanMemory.empty(CONFIG.egocan), [image], 0.0, CONFIG.egocan), CONFIG)
     assert regions.regions == ()
 
 
@@ -186,7 +186,7 @@ def test_picture_and_timing(tmp_path):
     marks = [time.perf_counter()]
     image = affordance(depth, X_WC, 0.1, CONFIG, INTRINSICS)
     marks.append(time.perf_counter())
-    memory = update_memory(memory, image, 0.0, CONFIG.egocan)
+    memory = update_memory(memory, [image], 0.0, CONFIG.egocan)
     marks.append(time.perf_counter())
     can = draw_egocan(memory, CONFIG.egocan)
     marks.append(time.perf_counter())

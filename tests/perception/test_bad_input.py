@@ -1,0 +1,170 @@
+"""Spoiled images and poses through every system from the camera to the regions: nothing raises, nothing is made of them."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.sensors import ImageDepth32F
+
+from quadpips_drake.diagrams.perception_module import make_perception_module
+from quadpips_drake.perception.config import PerceptionConfig
+from quadpips_drake.perception.egocan import EgocanConfig
+from quadpips_drake.perception.ground_memory import GroundMemoryConfig
+from quadpips_drake.perception.images import LabelImage
+from quadpips_drake.perception.normal_estimator_system import NormalEstimator
+from quadpips_drake.perception.polygons import area_and_centroid
+from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
+from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
+from quadpips_drake.sensing.depth_noise_system import DepthNoise
+from quadpips_drake.sensing.self_filter import SelfFilterConfig
+from quadpips_drake.sensing.self_filter_system import SelfFilter
+from tests.perception.scenes import SMALL, Scene, base_pose
+
+ROBOT = load_robot("anymal_c")
+NOTHING_ASSUMED = GroundMemoryConfig(assumed_behind=0.0, assumed_ahead=0.0, assumed_half_width=0.0)
+CONFIG = PerceptionConfig(
+    depth_noise=DepthNoiseConfig(sigma=0.001, sigma_growth=0.004, dropout=0.02), egocan=EgocanConfig(ground=NOTHING_ASSUMED)
+)
+SHAPE = (SMALL.height, SMALL.width)
+
+
+def state_at(k=0, **changes):
+    X_WB = base_pose(x=0.02 * k, height=ROBOT.nominal_base_height)
+    state = dataclasses.replace(
+        empty_robot_state(), stamp=k / 30.0, p_WB=X_WB[:3, 3], joint_positions=np.array(ROBOT.nominal_joints)
+    )
+    return dataclasses.replace(state, **changes)
+
+
+def floor(state):
+    X_WB = np.eye(4)
+    X_WB[:3, :3], X_WB[:3, 3] = state.R_WB, state.p_WB
+    return Scene([]).depth(X_WB @ ROBOT.camera().X_BC, SMALL)
+
+
+def image_of(depth):
+    image = ImageDepth32F(depth.shape[1], depth.shape[0]) if depth.size else ImageDepth32F()
+    if depth.size:
+        image.mutable_data[:, :, 0] = depth
+    return image
+
+
+def noise_of_any_size():
+    return np.random.default_rng(0).uniform(-1.0, 9.0, SHAPE)
+
+
+BAD_IMAGES = {
+    "nan": np.full(SHAPE, np.nan),
+    "inf": np.full(SHAPE, np.inf),
+    "minus inf": np.full(SHAPE, -np.inf),
+    "zero": np.zeros(SHAPE),
+    "negative": np.full(SHAPE, -1.0),
+    "saturated": np.full(SHAPE, 65.535),
+    "huge": np.full(SHAPE, 1e38),
+    "too near": np.full(SHAPE, 1e-30),
+    "empty": np.zeros((0, 0)),
+    "one pixel": np.ones((1, 1)),
+    "transposed": np.ones(SHAPE[::-1]),
+    "larger": np.ones((2 * SHAPE[0], 2 * SHAPE[1])),
+}
+BAD_STATES = {
+    "position nan": {"p_WB": np.full(3, np.nan)},
+    "position inf": {"p_WB": np.array([np.inf, 0.0, 0.5])},
+    "rotation nan": {"R_WB": np.full((3, 3), np.nan)},
+    "yaw nan": {"rpy_WB": np.array([0.0, 0.0, np.nan])},
+    "joints nan": {"joint_positions": np.full(12, np.nan)},
+    "joints inf": {"joint_positions": np.full(12, np.inf)},
+    "stamp nan": {"stamp": np.nan},
+}
+
+
+def area(regions):
+    """Area of all insets [m^2]."""
+    return sum(area_and_centroid(np.ascontiguousarray(region.inset))[0] for region in regions)
+
+
+class Perception:
+    """The perception module, fed frame by frame."""
+
+    def __init__(self):
+        self.module = make_perception_module(ROBOT, SMALL, CONFIG)
+        self.simulator, self.frames = Simulator(self.module), 0
+
+    def show(self, depth, state):
+        """Feeds one frame and returns the regions that perception then knows."""
+        context = self.simulator.get_mutable_context()
+        self.module.GetInputPort("depth_image").FixValue(context, Value(image_of(depth)))
+        self.module.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(state))
+        if self.frames == 0:
+            self.simulator.Initialize()
+        self.frames += 1
+        # Far enough for egocan and superpixels to have taken in the frame.
+        self.simulator.AdvanceTo(self.frames * 0.1)
+        for name in ("affordance_image", "egocan", "superpixels"):
+            self.module.GetOutputPort(name).Eval(context)
+        return self.module.GetOutputPort("region_set").Eval(context).regions
+
+
+@pytest.mark.parametrize("name", BAD_IMAGES)
+def test_a_bad_image_raises_nothing_and_makes_no_region(name):
+    perception = Perception()
+    assert perception.show(BAD_IMAGES[name], state_at()) == ()
+    before = perception.show(floor(state_at(1)), state_at(1))
+    assert len(before) > 10, "it recovers"
+    after = perception.show(BAD_IMAGES[name], state_at(2))
+    assert area(after) <= 1.05 * area(before) and all(abs(region.center[2]) < 0.02 for region in after), "invents nothing"
+    assert len(perception.show(floor(state_at(3)), state_at(3))) > 10
+
+
+@pytest.mark.parametrize("name", BAD_STATES)
+def test_a_bad_state_raises_nothing_and_makes_no_region(name):
+    perception, spoiled = Perception(), state_at(**BAD_STATES[name])
+    first = perception.show(floor(state_at()), spoiled)
+    assert first == () or name.startswith("joints")
+    before = perception.show(floor(state_at(1)), state_at(1))
+    assert len(before) > 10
+    after = perception.show(floor(state_at(2)), state_at(2, **BAD_STATES[name]))
+    assert all(abs(region.center[2]) < 0.02 for region in after)
+
+
+@pytest.mark.parametrize("jump", [(0.8, 0.0, 0.0), (0.0, 0.0, 3.0), (1e7, -1e7, 0.0)])
+def test_a_pose_that_jumps_starts_a_new_memory(jump):
+    perception = Perception()
+    assert len(perception.show(floor(state_at()), state_at())) > 10
+    state = state_at(1)
+    state = dataclasses.replace(state, p_WB=state.p_WB + jump)
+    # Level ground as seen from the nominal height lies where the robot now seems to be.
+    regions = perception.show(floor(state_at(1)), state)
+    assert len(regions) > 10
+    for region in regions:
+        assert np.hypot(*(region.center[:2] - state.p_WB[:2])) < 2.5, "nothing from before is kept"
+        assert abs(region.center[2] - jump[2]) < 0.02
+
+
+def evaluate(system, port, inputs):
+    context = system.CreateDefaultContext()
+    for name, value in inputs.items():
+        system.GetInputPort(name).FixValue(context, value)
+    return system.GetOutputPort(port).Eval(context)
+
+
+@pytest.mark.parametrize("name", BAD_IMAGES)
+def test_noise_and_self_filter_hand_bad_images_on(name):
+    image, state = Value(image_of(BAD_IMAGES[name])), AbstractValue.Make(state_at())
+    noisy = evaluate(DepthNoise(CONFIG.depth_noise, intrinsics=SMALL), "depth_image", {"depth_image": image})
+    self_filter = SelfFilter(ROBOT, SelfFilterConfig(), intrinsics=SMALL)
+    filtered = evaluate(self_filter, "depth_image", {"depth_image": image, "robot_state": state})
+    for result in (noisy, filtered):
+        usable = (result.data > 0.1) & (result.data < 3.0)
+        assert not usable.any() or BAD_IMAGES[name].shape != SHAPE
+
+
+@pytest.mark.parametrize("labels", [LabelImage.empty(), LabelImage(np.nan, np.full(SHAPE, 250, np.uint8))])
+def test_labels_that_are_none_do_no_harm(labels):
+    inputs = {"depth_image": Value(image_of(noise_of_any_size())), "robot_state": AbstractValue.Make(state_at())}
+    inputs["labels"] = AbstractValue.Make(labels)
+    image = evaluate(NormalEstimator(ROBOT.camera().X_BC, SMALL), "affordance_image", inputs)
+    assert image.labels.shape == SHAPE
