@@ -157,11 +157,10 @@ def test_the_assumption_at_the_start_stays_behind_and_expires():
     scene, behind = Scene([[-0.3, 4.0, -1.0, 1.0, -0.4, 0.0]], floor=None), (-0.6, 0.0)
     start = look(scene, [(0.0, base_pose(), 0.0)], CONFIG)
     assert start.ground.height[cell_of(start, *behind)] == pytest.approx(0.0, abs=1e-6), "not true, but assumed"
-    ahead = look(scene, [(k, base_pose(x=0.2 * k), 0.0) for k in range(1, 6)], CONFIG, memory=start)
+    ahead = look(scene, [(k, base_pose(x=0.2 * k), 0.0) for k in range(1, 3)], CONFIG, memory=start)
     assert ahead.ground.height[cell_of(ahead, *behind)] == pytest.approx(0.0, abs=1e-6), "it stays where it is in the world"
-    assert np.isnan(ahead.ground.height[cell_of(ahead, 1.0, 0.9)]), "and is not made again"
-    away = look(scene, [(5.0 + k, base_pose(x=1.0 + 0.4 * k), 0.0) for k in range(1, 4)], CONFIG, memory=ahead)
-    back = look(scene, [(9.0 + k, base_pose(x=2.2 - 0.4 * k), 0.0) for k in range(1, 6)], CONFIG, memory=away)
+    away = look(scene, [(5.0 + k, base_pose(x=0.4 + 0.4 * k), 0.0) for k in range(1, 5)], CONFIG, memory=ahead)
+    back = look(scene, [(10.0 + k, base_pose(x=2.0 - 0.4 * k), 0.0) for k in range(1, 6)], CONFIG, memory=away)
     assert np.isnan(back.ground.height[cell_of(back, *behind)]), "what left the window is forgotten"
     seen = look(scene, [(k, base_pose(x=-0.2 * k), 0.0) for k in range(1, 9)], CONFIG, memory=start)
     assert np.isnan(seen.ground.height[cell_of(seen, *behind)]), "the camera looks into the void"
