@@ -15,6 +15,10 @@ Examples:
 
   quadpips train --data data --out model
 
+  quadpips train --data data --data more --out model   on two datasets; the first one's 'val' validates
+
+  quadpips train --data more --init model --out finer   goes on from another run's weights, with a new schedule
+
   quadpips train --data data --out model --resume   goes on after an interruption
 
   quadpips evaluate network --data data --model model --out scores
@@ -22,26 +26,31 @@ Examples:
 
 
 def train(
-    data: Annotated[Path, typer.Option(metavar="DIR", help="What 'quadpips dataset' has made.")],
+    data: Annotated[list[Path], typer.Option(metavar="DIR", help="What 'quadpips dataset' has made; may be repeated.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where model, checkpoint and curves go.")],
-    epochs: Annotated[int, typer.Option(min=1, max=10000, metavar="N", help="Rounds over the data.")] = 10,
+    epochs: Annotated[int, typer.Option(min=1, max=10000, metavar="N", help="Rounds over the data.")] = 5,
     batch: Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Images per step.")] = 8,
     seed: Annotated[int, typer.Option(min=0, metavar="S", help="Of initial weights and order.")] = 1,
     threads: Annotated[int, typer.Option(min=1, max=256, metavar="N", help="Threads of torch, without a GPU.")] = 1,
+    init: Annotated[Path | None, typer.Option(metavar="DIR", help="Begin with the weights of this model.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from DIR/checkpoint.pt.")] = False,
 ):
     """Train the steppability network on a dataset; on a GPU where there is one."""
     import torch
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from quadpips_drake.learning.dataset import load_split
+    from quadpips_drake.learning.dataset import join_frames, load_split
+    from quadpips_drake.learning.model import load_model
     from quadpips_drake.learning.training import Trainer, TrainingConfig
     from quadpips_drake.learning.training_curves import save_curves
 
     config = TrainingConfig(epochs=epochs, batch=batch, seed=seed)
-    frames = load_split(data, "train"), load_split(data, "val")
+    # The first dataset alone validates, so that scores stay comparable whatever else is trained on.
+    frames = join_frames([load_split(directory, "train") for directory in data]), load_split(data[0], "val")
     torch.set_num_threads(threads)
     trainer = Trainer(*frames, writable_directory(out), config)
+    if init is not None:
+        trainer.start_from(load_model(init))
     if resume:
         trainer.resume()
     started, total = time.perf_counter(), epochs * trainer.steps_per_epoch

@@ -39,8 +39,8 @@ class Frames:
     """Index into ``scene_kinds``, uint8 (n,)."""
     scene_kinds: tuple[str, ...]
     intrinsics: CameraIntrinsics
-    seed: int
-    """Seed of the dataset."""
+    seeds: tuple[int, ...]
+    """Seeds of the datasets that the frames come from."""
 
     def __len__(self) -> int:
         return len(self.depth)
@@ -98,7 +98,23 @@ def load_split(directory: Path, split: str, limit: int | None = None) -> Frames:
     if not shards:
         raise UserInputError(f"--data {directory}: its split '{split}' is empty; make more frames with 'quadpips dataset'")
     arrays = {key: np.concatenate([shard[key] for shard in shards])[:limit] for key in _SHAPES}
-    return Frames(**arrays, scene_kinds=kinds, intrinsics=intrinsics, seed=seed)
+    return Frames(**arrays, scene_kinds=kinds, intrinsics=intrinsics, seeds=(seed,))
+
+
+def join_frames(parts: list[Frames]) -> Frames:
+    """Returns the frames of several datasets, one after the other; their scenes keep their numbers.
+
+    Raises:
+        UserInputError: their cameras or kinds of scenes differ, or one dataset is there twice.
+    """
+    first = parts[0]
+    seeds = tuple(seed for part in parts for seed in part.seeds)
+    if any(part.intrinsics != first.intrinsics or part.scene_kinds != first.scene_kinds for part in parts):
+        raise UserInputError("--data: the datasets have different cameras or kinds of scenes; train on those of one version")
+    if len(set(seeds)) < len(seeds):
+        raise UserInputError(f"--data: the datasets have seeds {', '.join(map(str, seeds))}; give each seed once")
+    arrays = {key: np.concatenate([getattr(part, key) for part in parts]) for key in _SHAPES}
+    return Frames(**arrays, scene_kinds=first.scene_kinds, intrinsics=first.intrinsics, seeds=seeds)
 
 
 def _read_shard(path: Path, intrinsics: CameraIntrinsics) -> dict:

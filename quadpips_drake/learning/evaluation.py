@@ -50,7 +50,7 @@ def score(model: SteppabilityModel, frames: Frames, on_frame: Callable[[int], No
     }
     return {
         "frames": len(frames),
-        "data_seed": frames.seed,
+        "data_seed": frames.seeds[0],
         "noisy": summary(noisy.sum(axis=0)),
         "clean": summary(clean.sum(axis=0)),
         "mean_iou_by_scene": kinds,

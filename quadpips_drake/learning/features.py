@@ -2,18 +2,31 @@
 
 import math
 
+import cv2
 import numpy as np
 from numba import njit
 
 from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 
-CHANNELS = ("inverse_depth", "height", "normal_up", "normal_right", "normal_forward", "valid")
+WINDOWS = (5, 13)
+"""Widths of the windows in which heights are compared, in blocks of pixels; odd."""
+CHANNELS = (
+    *("inverse_depth", "height", "normal_up", "normal_right", "normal_forward", "valid"),
+    *(f"{name}_{width}" for width in WINDOWS for name in ("drop", "rise")),
+)
 """Inverse depth [1/m]; height against the camera along gravity [m]; the normal in the gravity-aligned frame of the camera;
-whether there is a measurement. All but the last are zero where there is none."""
+whether there is a measurement; and for each window how far the ground in it goes down and up from here [m], the height of
+a discontinuity, which tells passable from non-passable. All but "valid" are zero where there is no measurement."""
 MAX_DEPTH = 3.0
 """What is further away counts as not measured [m]."""
 _BASELINE = 2
 """Pixels on either side over which normals are differenced: noise is smaller against a longer way."""
+_BLOCK = 4
+"""Edge of the blocks of pixels whose mean heights are compared: means have less noise than pixels."""
+_MIN_SHARE = 0.25
+"""Share of valid pixels under which a block has no height."""
+_MAX_DIFFERENCE = 1.0
+"""Differences of height are cut off here [m]: more says nothing more."""
 _MAX_JUMP = 0.1
 """Relative difference of depth over which no normal is formed."""
 
@@ -31,6 +44,8 @@ def make_features(depth: np.ndarray, down_C: np.ndarray, intrinsics: CameraIntri
     features = np.zeros((len(CHANNELS), *depth.shape), np.float32)
     k = intrinsics
     _fill(depth, axes, np.float32(k.fx), np.float32(k.fy), np.float32(k.cx), np.float32(k.cy), features)
+    if depth.size:
+        _compare_heights(features)
     return features
 
 
@@ -51,6 +66,40 @@ def _gravity_aligned_axes(down_C: np.ndarray) -> np.ndarray:
     right = np.cross(forward, up)
     right /= np.linalg.norm(right)
     return np.stack([up, right, np.cross(up, right)])
+
+
+def _compare_heights(features: np.ndarray) -> None:
+    """Fills the channels of drops and rises from the heights: lowest and highest block around each pixel's own height."""
+    blocks, known = _block_means(features[1], features[5])
+    for k, width in enumerate(WINDOWS):
+        kernel = np.ones((width, width), np.uint8)
+        lowest = cv2.erode(np.where(known, blocks, np.float32(np.inf)), kernel)
+        highest = cv2.dilate(np.where(known, blocks, np.float32(-np.inf)), kernel)
+        _subtract(features[1], features[5], lowest, highest, features[6 + 2 * k], features[7 + 2 * k])
+
+
+@njit(cache=True)
+def _block_means(height, valid):
+    """Returns the mean height of each block [m] and whether it has one."""
+    rows, columns = -(-height.shape[0] // _BLOCK), -(-height.shape[1] // _BLOCK)
+    total, count = np.zeros((rows, columns), np.float32), np.zeros((rows, columns), np.float32)
+    for r in range(height.shape[0]):
+        for c in range(height.shape[1]):
+            total[r // _BLOCK, c // _BLOCK] += height[r, c] * valid[r, c]
+            count[r // _BLOCK, c // _BLOCK] += valid[r, c]
+    return total / np.maximum(count, np.float32(1)), count >= _MIN_SHARE * _BLOCK * _BLOCK
+
+
+@njit(cache=True)
+def _subtract(height, valid, lowest, highest, drop, rise):
+    """Writes how far each pixel is above ``lowest`` and below ``highest`` of its block, 0 where nothing is known."""
+    limit = np.float32(_MAX_DIFFERENCE)
+    for r in range(height.shape[0]):
+        for c in range(height.shape[1]):
+            low, high = lowest[r // _BLOCK, c // _BLOCK], highest[r // _BLOCK, c // _BLOCK]
+            if valid[r, c] > 0 and low <= high:
+                drop[r, c] = min(max(height[r, c] - low, -limit), limit)
+                rise[r, c] = min(max(high - height[r, c], -limit), limit)
 
 
 @njit(cache=True)

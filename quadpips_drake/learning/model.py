@@ -22,6 +22,8 @@ WEIGHTS, CARD = "steppability.pt", "steppability.json"
 """Names of the two files of a model, in one directory."""
 NETWORK_WIDTH = 320
 """Width of the images that the network was trained on [pixels]; wider ones are thinned out."""
+_MAX_BYTES = 60_000_000
+"""Larger files of weights are not read."""
 
 
 class SteppabilityModel:
@@ -89,17 +91,39 @@ def load_model(directory: Path | None = None) -> SteppabilityModel:
     return _read_model(Path(directory))
 
 
+_DAMAGE = (
+    *(ValueError, LookupError, TypeError, AttributeError, RuntimeError, EOFError, MemoryError, ArithmeticError),
+    *(pickle.UnpicklingError, zipfile.BadZipFile),
+)
+"""What json and torch raise at files that were damaged, or made to do damage."""
+
+
+def _read_network(config: NetworkConfig, path: Path) -> SteppabilityNetwork:
+    """Returns a network with the weights in ``path``; ValueError and others of _DAMAGE if they are not sound."""
+    if path.stat().st_size > _MAX_BYTES:
+        raise ValueError("too large")
+    # Without memory of its own until the weights are there: a card can name a network that no machine can hold.
+    with torch.device("meta"):
+        network = SteppabilityNetwork(config)
+    state = torch.load(path, weights_only=True, map_location="cpu")
+    # A NaN would be the largest logit and make its class, steppable, of everything.
+    if not all(torch.isfinite(tensor).all() for tensor in state.values()):
+        raise ValueError("not finite")
+    state = {key: tensor.float() if tensor.is_floating_point() else tensor for key, tensor in state.items()}
+    network.load_state_dict(state, assign=True)
+    return network
+
+
 def _read_model(directory: Path) -> SteppabilityModel:
     advice = "give a directory that 'quadpips train' has written"
     try:
         card = json.loads((directory / CARD).read_text(encoding="utf-8"))
-        network = SteppabilityNetwork(NetworkConfig(**card["network"]))
-        network.load_state_dict(torch.load(directory / WEIGHTS, weights_only=True, map_location="cpu"))
+        network = _read_network(NetworkConfig(**card["network"]), directory / WEIGHTS)
     except OSError as error:
         missing = Path(error.filename or directory).name
         raise UserInputError(f"model {directory}: cannot read {missing}; {advice}") from None
     except UserInputError as error:
         raise UserInputError(f"model {directory}: {error}; {advice}") from None
-    except (ValueError, KeyError, TypeError, RuntimeError, EOFError, pickle.UnpicklingError, zipfile.BadZipFile):
+    except _DAMAGE:
         raise UserInputError(f"model {directory}: {CARD} and {WEIGHTS} are damaged or do not fit; {advice}") from None
     return SteppabilityModel(network, card)

@@ -24,19 +24,19 @@ STRIDE = 16
 class NetworkConfig:
     """Size of the network."""
 
-    stem: int = 24
+    stem: int = 32
     """Channels at half resolution."""
-    widths: list[int] = field(default_factory=lambda: [24, 40, 64])
+    widths: list[int] = field(default_factory=lambda: [32, 64, 96])
     """Channels at a quarter, an eighth and a sixteenth of the resolution."""
-    blocks: list[int] = field(default_factory=lambda: [2, 3, 4])
+    blocks: list[int] = field(default_factory=lambda: [2, 4, 6])
     """Inverted residuals at these resolutions."""
     expansion: int = 3
     """Channels inside an inverted residual per channel outside."""
-    pyramid: int = 64
+    pyramid: int = 96
     """Channels of the atrous spatial pyramid."""
     rates: list[int] = field(default_factory=lambda: [2, 4, 6])
     """Atrous rates of the pyramid."""
-    decoder: int = 24
+    decoder: int = 32
     """Channels of the decoder."""
 
     def __post_init__(self):
@@ -45,6 +45,8 @@ class NetworkConfig:
             len(self.widths) == len(self.blocks) == len(self.rates) == 3
         ):
             raise UserInputError("network: needs whole numbers 1..1024, three each of widths, blocks and rates")
+        if max(self.blocks) > 32:
+            raise UserInputError(f"network: needs at most 32 blocks at a resolution, got {max(self.blocks)}")
 
 
 class SteppabilityNetwork(nn.Module):

@@ -28,7 +28,7 @@ _IGNORED = -1
 class TrainingConfig:
     """How the network is trained."""
 
-    epochs: int = 10
+    epochs: int = 5
     """Rounds over the training split."""
     batch: int = 8
     """Images per step."""
@@ -38,9 +38,9 @@ class TrainingConfig:
     """Of AdamW, per step and learning rate."""
     crop_width: int = 192
     """Columns, cut out at random, that a training image keeps [pixels]; its full height stays."""
-    class_weights: list[float] = field(default_factory=lambda: [1.0, 2.5, 1.3])
+    class_weights: list[float] = field(default_factory=lambda: [1.0, 2.0, 1.3])
     """Of steppable, passable, non-passable in the cross entropy."""
-    dice_weight: float = 0.5
+    dice_weight: float = 1.0
     """Weight of the soft Dice loss against the cross entropy's 1."""
     averaging: float = 0.995
     """Decay per step of the moving average of the weights that is kept as the result."""
@@ -78,11 +78,27 @@ class Trainer:
             self.network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay
         )
         self.steps_per_epoch = max(len(train) // config.batch, 1)
+        # The schedule divides by the steps of its rise, less one: even the shortest training gets more than one.
+        total = max(config.epochs * self.steps_per_epoch, 4)
         self._schedule = torch.optim.lr_scheduler.OneCycleLR(
-            self._optimizer, config.learning_rate, total_steps=config.epochs * self.steps_per_epoch, pct_start=0.2
+            self._optimizer, config.learning_rate, total_steps=total, pct_start=max(0.2, 1.5 / total)
         )
+        self._init: str | None = None
         self.history: list[dict] = []
         """One entry per epoch: training loss, scores on the validation split."""
+
+    def start_from(self, model: SteppabilityModel) -> None:
+        """Begins with the weights of ``model``, made by these commands, instead of random ones; before ``run``.
+
+        Raises:
+            UserInputError: its network has another size.
+        """
+        if _plain(dataclasses.asdict(model.network.config)) != _plain(dataclasses.asdict(self._config.network)):
+            raise UserInputError("--init: that model's network has another size than the one to train")
+        self.network.load_state_dict(model.network.state_dict())
+        self.average.module.load_state_dict(model.network.state_dict())
+        data = model.card.get("data", {}) if isinstance(model.card, dict) else {}
+        self._init = f"a model trained on data seeds {data.get('seeds', 'unknown')}"
 
     def resume(self) -> None:
         """Goes on from the checkpoint in ``out``.
@@ -159,15 +175,20 @@ class Trainer:
 
     def _identity(self) -> dict:
         """What a checkpoint must agree on, as plain values."""
-        frames = {"frames": len(self._train), "data_seed": self._train.seed}
+        frames = {"frames": len(self._train), "data_seeds": self._train.seeds, "init": self._init}
         return _plain(dataclasses.asdict(self._config) | frames)
 
     def _card(self, scores: dict) -> dict:
         intrinsics = self._train.intrinsics
         return {
-            "data": {"seed": self._train.seed, "train_frames": len(self._train), "val_frames": len(self._val)},
+            "data": {
+                "seeds": list(self._train.seeds),
+                "train_frames": len(self._train),
+                "val_seeds": list(self._val.seeds),
+                "val_frames": len(self._val),
+            },
             "image": {"width": intrinsics.width, "height": intrinsics.height},
-            "training": _plain(dataclasses.asdict(self._config) | {"epochs_done": len(self.history)}),
+            "training": _plain(dataclasses.asdict(self._config) | {"epochs_done": len(self.history), "init": self._init}),
             "val": scores,
         }
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.learning.features import CHANNELS, make_features, scaled_intrinsics
+from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 from tests.learning.small import DOWN_C, SMALL, floor_depth
 
 
@@ -28,6 +29,39 @@ def test_a_wall_ahead_has_a_normal_towards_the_camera():
     features = make_features(depth, np.array([0.0, 1.0, 0.0]), SMALL)
     np.testing.assert_allclose(channel(features, "normal_forward"), -1, atol=1e-4)
     np.testing.assert_allclose(channel(features, "normal_up"), 0, atol=1e-4)
+
+
+def test_drops_and_rises_are_the_height_of_a_step():
+    """A level camera 0.6 m above the ground, in front of a step of 0.2 m that it sees from above."""
+    size, focal = (120, 160), 80.0
+    intrinsics = CameraIntrinsics(size[1], size[0], focal, focal, 79.5, 19.5)
+    rays = (np.arange(size[0]) - intrinsics.cy) / focal
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ground, top = np.where(rays > 0, 0.6 / rays, np.inf), np.where(rays > 0, 0.4 / rays, np.inf)
+    row = np.where(ground < 0.8, ground, np.where(0.8 * rays > 0.4, 0.8, top))
+    depth = np.repeat(row[:, None], size[1], axis=1).astype(np.float32)
+    features = make_features(depth, np.array([0.0, 1.0, 0.0]), intrinsics)
+    drop, rise = channel(features, "drop_13")[:, 80], channel(features, "rise_13")[:, 80]
+    on_face = np.nonzero(row == 0.8)[0]
+    middle = on_face[len(on_face) // 2]
+    assert drop[middle] + rise[middle] == pytest.approx(0.2, abs=0.02)
+    assert drop[on_face[1]] > drop[middle] > drop[on_face[-2]] > -1e-3
+    near, far = np.argmin(np.abs(row - 0.5)), np.argmin(np.abs(row - 2.5))
+    assert abs(drop[near]) < 1e-3 and abs(rise[near]) < 1e-3, "level ground has neither"
+    assert abs(rise[far]) < 1e-3
+
+
+def test_lost_pixels_change_drops_and_rises_little():
+    depth = floor_depth(0.5)
+    depth[10:30, 20:40] *= 0.8
+    holes = np.random.default_rng(0).random(depth.shape) < 0.3
+    whole = make_features(depth, DOWN_C, SMALL)
+    depth[holes] = np.nan
+    sparse = make_features(depth, DOWN_C, SMALL)
+    assert not sparse[:, holes].any()
+    for name in CHANNELS[6:]:
+        difference = np.abs(channel(sparse, name) - channel(whole, name))[(channel(sparse, "valid") > 0)]
+        assert np.median(difference) < 0.01
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 0.0, -1.0, 3.5, 1e30])

@@ -1,5 +1,7 @@
 """The system that runs the network."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -9,9 +11,11 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource
 from pydrake.systems.sensors import ImageDepth32F
 
+from quadpips_drake.errors import UserInputError
 from quadpips_drake.learning.model import SteppabilityModel
 from quadpips_drake.learning.network import SteppabilityNetwork
 from quadpips_drake.learning.steppability_segmenter_system import SteppabilitySegmenter
+from quadpips_drake.perception.steppability_config import SteppabilityConfig
 from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.timing import StageTimings
@@ -24,13 +28,13 @@ def model():
     return SteppabilityModel(SteppabilityNetwork(NETWORK))
 
 
-def simulate(model, image, until):
+def simulate(model, image, until, config=None, state=None):
     """Returns the labels at the time ``until`` [s] and how often the network ran."""
     builder, timings = DiagramBuilder(), StageTimings()
     segmenter = builder.AddSystem(
-        SteppabilitySegmenter(load_robot("anymal_c").camera().X_BC, SMALL, model=model, timings=timings)
+        SteppabilitySegmenter(load_robot("anymal_c").camera().X_BC, SMALL, config, model=model, timings=timings)
     )
-    for name, value in (("depth_image", image), ("robot_state", empty_robot_state())):
+    for name, value in (("depth_image", image), ("robot_state", state or empty_robot_state())):
         source = builder.AddSystem(ConstantValueSource(AbstractValue.Make(value)))
         builder.Connect(source.get_output_port(), segmenter.GetInputPort(name))
     diagram = builder.Build()
@@ -54,12 +58,68 @@ def test_five_label_images_a_second(model):
     assert labels.stamp == empty_robot_state().stamp  # the time of the image, not of the reading
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, 0.0])
+@pytest.mark.parametrize("latency", [0.0, 0.05])
+def test_labels_appear_after_their_latency(model, latency):
+    config = SteppabilityConfig(period=0.2, latency=latency)
+    image = depth_image(floor_depth())
+    if latency > 0:
+        labels, runs = simulate(model, image, 0.5 * latency, config)
+        assert labels.labels.size == 0 and runs == 1
+    labels, _ = simulate(model, image, latency + 0.01, config)
+    assert labels.labels.any()
+
+
+def test_labels_belong_to_the_image_that_they_were_made_for(model):
+    """The world changes between sampling and showing; the labels must still come with the old image."""
+    segmenter = SteppabilitySegmenter(
+        load_robot("anymal_c").camera().X_BC, SMALL, SteppabilityConfig(latency=0.1), model=model
+    )
+    simulator = Simulator(segmenter)
+    context = simulator.get_mutable_context()
+    segmenter.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(empty_robot_state()))
+    for depth, until in ((0.5, 0.05), (0.7, 0.15)):
+        image = depth_image(np.full((48, 64), depth))
+        segmenter.GetInputPort("depth_image").FixValue(context, AbstractValue.Make(image))
+        simulator.AdvanceTo(until)
+    shown = segmenter.GetOutputPort("labels").Eval(context)
+    np.testing.assert_allclose(shown.depth, 0.5)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 0.0, -1.0, 3.1, 65.535, 1e30])
 def test_images_without_measurements_give_unknown(model, value):
+    """Empty, all-zero and saturated images: nothing is known, and nothing fails."""
     labels, _ = simulate(model, depth_image(np.full((48, 64), value)), 0.1)
     assert labels.labels.shape == (48, 64) and not labels.labels.any()
 
 
-def test_an_image_of_another_size_gives_no_labels(model):
-    labels, _ = simulate(model, depth_image(np.ones((10, 12))), 0.1)
+def test_a_single_valid_pixel_is_labelled_alone(model):
+    depth = np.full((48, 64), np.nan)
+    depth[20, 30] = 1.0
+    labels, _ = simulate(model, depth_image(depth), 0.1)
+    assert labels.labels[20, 30] > 0 and np.count_nonzero(labels.labels) == 1
+
+
+@pytest.mark.parametrize("shape", [(10, 12), (64, 48), (96, 128), (1, 1)])
+def test_an_image_of_another_size_gives_no_labels(model, shape):
+    labels, _ = simulate(model, depth_image(np.ones(shape)), 0.1)
     assert labels.labels.size == 0
+
+
+def test_an_empty_image_gives_no_labels(model):
+    labels, _ = simulate(model, ImageDepth32F(), 0.1)
+    assert labels.labels.size == 0
+
+
+@pytest.mark.parametrize(
+    "position, known", [(np.full(3, np.nan), False), (np.full(3, np.inf), False), (np.full(3, 1e9), True)]
+)
+def test_poses_that_are_not_numbers_give_no_labels(model, position, known):
+    state = replace(empty_robot_state(), p_WB=position)
+    labels, _ = simulate(model, depth_image(floor_depth()), 0.1, state=state)
+    assert labels.labels.any() == known
+
+
+def test_the_latency_is_checked():
+    for latency in (-0.1, 0.2, np.nan):
+        with pytest.raises(UserInputError, match="latency"):
+            SteppabilityConfig(period=0.2, latency=latency)

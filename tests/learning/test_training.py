@@ -1,12 +1,15 @@
 """Loss, scores, and short training runs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.learning.dataset import load_split
+from quadpips_drake.learning.dataset import join_frames, load_split
 from quadpips_drake.learning.evaluation import REPORT, WORST_PICTURE, frame_errors, save_report, score
+from quadpips_drake.learning.features import CHANNELS
 from quadpips_drake.learning.metrics import class_iou, class_recall, confusion_matrix, mean_iou
 from quadpips_drake.learning.model import load_model
 from quadpips_drake.learning.training import CHECKPOINT, Trainer, TrainingConfig, make_batch, segmentation_loss
@@ -53,7 +56,7 @@ def test_steps_on_the_same_images_lower_the_loss(frames, tmp_path):
     config = TrainingConfig(epochs=20, batch=4, network=TRAINING.network)
     trainer = Trainer(*frames, tmp_path, config, device="cpu")
     batch = make_batch(frames[0], range(4), np.random.default_rng(0), 64)
-    losses = [trainer._step(*batch) for _ in range(20)]
+    losses = [trainer._step(*batch) for _ in range(35)]
     assert np.mean(losses[-3:]) < 0.85 * losses[0]
 
 
@@ -78,9 +81,40 @@ def test_resume_refuses_what_does_not_fit(frames, tmp_path):
         trainer.resume()
 
 
+def test_a_training_can_begin_with_another_ones_weights(frames, tmp_path):
+    first = Trainer(*frames, tmp_path, TRAINING, device="cpu")
+    first.run()
+    model = load_model(tmp_path)
+    second = Trainer(*frames, tmp_path, replace(TRAINING, seed=7), device="cpu")
+    assert not torch.equal(weights_of(second), weights_of(first))
+    second.start_from(model)
+    kept = torch.cat([p.detach().flatten() for p in model.network.parameters()])
+    assert torch.equal(weights_of(second), kept)
+    second.run()
+    assert not torch.equal(weights_of(second), kept)
+    assert "data seeds [3]" in load_model(tmp_path).card["training"]["init"]
+    with pytest.raises(UserInputError, match="--init"):
+        Trainer(*frames, tmp_path, TrainingConfig(), device="cpu").start_from(model)
+
+
+def test_several_datasets_train_one_network(frames, tmp_path):
+    other = replace(frames[0], seeds=(4,), depth=frames[0].depth[:2], scene=frames[0].scene[:2], kind=frames[0].kind[:2])
+    other = replace(other, clean_depth=other.depth, labels=frames[0].labels[:2], down_C=frames[0].down_C[:2])
+    both = join_frames([frames[0], other])
+    assert len(both) == len(frames[0]) + 2 and both.seeds == (3, 4)
+    np.testing.assert_array_equal(both.labels[-2:], other.labels)
+    trainer = Trainer(both, frames[1], tmp_path, TRAINING, device="cpu")
+    card = trainer._card({})
+    assert card["data"] == {"seeds": [3, 4], "train_frames": len(both), "val_seeds": [3], "val_frames": len(frames[1])}
+    with pytest.raises(UserInputError, match="each seed once"):
+        join_frames([frames[0], frames[0]])
+    with pytest.raises(UserInputError, match="cameras"):
+        join_frames([frames[0], replace(other, scene_kinds=("floor",))])
+
+
 def test_batches_are_crops_without_what_was_not_measured(train_frames):
     features, classes = make_batch(train_frames, [0, 1, 2], np.random.default_rng(0), 32)
-    assert features.shape == (3, 6, 48, 32) and classes.shape == (3, 48, 32)
+    assert features.shape == (3, len(CHANNELS), 48, 32) and classes.shape == (3, 48, 32)
     np.testing.assert_array_equal(classes >= 0, features[:, 5] > 0)
     assert classes.max() <= 2
 
