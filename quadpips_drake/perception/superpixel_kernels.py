@@ -12,7 +12,11 @@ from numba import njit
 
 MAX_RANSAC_POINTS = 64
 """Points of a cluster against which a plane is tried; the final fit uses all of them."""
-SMALL = 0.4
+MERGE = 0.45
+"""Of two propagated clusters that are closer to each other than this [grid steps], one is dropped."""
+SPACING = 0.67
+"""A new seed keeps this distance from propagated clusters [grid steps], so that there are as many as without them."""
+SMALL = 0.3
 """Share of a full grid cell's pixels below which a propagated cluster gives way to a larger neighbour."""
 RANSAC_MISS = 0.01
 """Chance of missing the best plane at which no further ones are tried."""
@@ -107,7 +111,7 @@ def seed_clusters(points, normals, healthy, step, previous, max_step):
     grid of ``step`` pixels, moved to the healthy pixel nearest to the local centroid, where no previous cluster is near.
 
     ``previous`` (k, 9): clusters of the last frame, brought into this one; none for a cold start. Of two that came closer
-    to each other than half a step in the image, the second is dropped; so is one that has become small, if another can take
+    to each other than MERGE steps in the image, the second is dropped; so is one that has become small, if another can take
     its pixels over. (Otherwise those that the rim of the cap squeezes would push all others along with the robot.)
     """
     rows, columns = healthy.shape
@@ -115,7 +119,7 @@ def seed_clusters(points, normals, healthy, step, previous, max_step):
     count = 0
     for c in range(len(previous)):
         u, v = previous[c, 0], previous[c, 1]
-        if not (0 <= u < columns and 0 <= v < rows) or _any_near(clusters, count, u, v, 0.5 * step):
+        if not (0 <= u < columns and 0 <= v < rows) or _any_near(clusters, count, u, v, MERGE * step):
             continue
         if previous[c, 8] < SMALL * step * step and _can_be_taken_over(previous, c, step, max_step):
             continue
@@ -125,7 +129,7 @@ def seed_clusters(points, normals, healthy, step, previous, max_step):
     kept = count
     for v0 in range(step // 2, rows, step):
         for u0 in range(step // 2, columns, step):
-            if _any_near(clusters, kept, u0, v0, 0.75 * step):
+            if _any_near(clusters, kept, u0, v0, SPACING * step):
                 continue
             u, v = nearest_healthy(healthy, u0, v0, max(1, step // 4))
             if u >= 0:
