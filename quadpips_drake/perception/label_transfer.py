@@ -48,25 +48,31 @@ def transfer_labels(depth: np.ndarray, X_WC: np.ndarray, intrinsics: CameraIntri
     return result
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
 def _transfer(depth, X_LC, camera, old_depth, old_labels, result):
     """Looks each point up in the older image; ``X_LC`` leads from the newer optical frame to the older one."""
     height, width = depth.shape
     fx, fy, cx, cy = camera
+    pitch_u, pitch_v = np.float32(1.0) / fx, np.float32(1.0) / fy
+    (r00, r01, r02, p0), (r10, r11, r12, p1), (r20, r21, r22, p2) = X_LC[0], X_LC[1], X_LC[2]
+    half, nearest, farthest = np.float32(0.5), np.float32(1e-3), np.float32(1e3)
+    tolerance, relative = np.float32(_TOLERANCE), np.float32(_RELATIVE_TOLERANCE)
+    right, bottom = np.float32(width), np.float32(height)
     for v in range(height):
-        ray_y = (v - cy) / fy
+        b = (np.float32(v) - cy) * pitch_v
         for u in range(width):
             z = depth[v, u]
-            if not (z > 0.0 and z < 1e3):
+            if not ((z > 0) & (z < farthest)):
                 continue
-            x, y = z * (u - cx) / fx, z * ray_y
-            z_old = X_LC[2, 0] * x + X_LC[2, 1] * y + X_LC[2, 2] * z + X_LC[2, 3]
-            if z_old <= 1e-3:
+            a = (np.float32(u) - cx) * pitch_u
+            z_old = z * (r20 * a + r21 * b + r22) + p2
+            if z_old <= nearest:
                 continue
-            column = (X_LC[0, 0] * x + X_LC[0, 1] * y + X_LC[0, 2] * z + X_LC[0, 3]) * fx / z_old + cx
-            row = (X_LC[1, 0] * x + X_LC[1, 1] * y + X_LC[1, 2] * z + X_LC[1, 3]) * fy / z_old + cy
-            if not (-0.5 <= column < width - 0.5 and -0.5 <= row < height - 0.5):
+            inverse = np.float32(1.0) / z_old
+            column = (z * (r00 * a + r01 * b + r02) + p0) * inverse * fx + cx + half
+            row = (z * (r10 * a + r11 * b + r12) + p1) * inverse * fy + cy + half
+            if not ((column >= 0) & (column < right) & (row >= 0) & (row < bottom)):
                 continue
-            j, i = int(column + 0.5), int(row + 0.5)
-            if abs(old_depth[i, j] - z_old) <= _TOLERANCE + _RELATIVE_TOLERANCE * z_old:
+            i, j = np.int64(row), np.int64(column)
+            if abs(old_depth[i, j] - z_old) <= tolerance + relative * z_old:
                 result[v, u] = old_labels[i, j]
