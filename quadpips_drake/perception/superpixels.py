@@ -7,6 +7,7 @@ import numpy as np
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception import superpixel_kernels as kernels
 from quadpips_drake.perception.images import EgocanImage, SuperpixelImage
+from quadpips_drake.perception.superpixel_health import check_health
 from quadpips_drake.perception.superpixel_tracking import can_follow, clusters_in_world, keep_ids, propagate_clusters
 from quadpips_drake.terrain.steppability import Steppability
 
@@ -83,7 +84,7 @@ def healthy_pixels(can: EgocanImage, config: SuperpixelConfig) -> np.ndarray:
 
 
 def _check_health(can: EgocanImage, config: SuperpixelConfig) -> tuple[np.ndarray, np.ndarray]:
-    return kernels.check_health(
+    return check_health(
         can.cap_height,
         can.cap_normals,
         can.cap_labels,
