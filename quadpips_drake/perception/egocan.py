@@ -44,7 +44,7 @@ class EgocanConfig:
     heights of the camera: 2.5 at 45 deg, which reaches behind the hind feet of ANYmal C with its front camera."""
     cap_size: int = 256
     """Width and height of the cap [pixels]."""
-    cap_pixel: float = 0.0125
+    cap_pixel: float = 0.0135
     """Side of a pixel of the cap [m], which is drawn straight down; 0 draws it along the rays of equation 4."""
     cylinder_width: int = 256
     """Columns of the cylinder, over 360 deg [pixels]."""

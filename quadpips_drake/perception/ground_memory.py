@@ -22,7 +22,7 @@ class GroundMemoryConfig:
 
     cell: float = 0.01
     """Side of a cell [m]."""
-    half_extent: float = 1.6
+    half_extent: float = 1.75
     """The window reaches this far from the camera in x and y of the world [m]."""
     blend_height: float = 0.02
     """New measurements within this distance of the remembered height are averaged with it, others replace it [m]."""

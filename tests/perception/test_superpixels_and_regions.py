@@ -60,7 +60,7 @@ def test_walking_over_stones_finds_regions_on_stones_only(floor, noise):
         if k % 4 == 3:
             _, _, regions = regions_of(memory, CONFIG)
             among = [r for r in regions.regions if abs(r.center[1]) < 0.55 and r.center[0] < 3.4]
-            assert len(among) > 30
+            assert len(among) > 25
             if floor == -0.05:  # the floor of the gaps is ground like any other, where it is wide enough
                 among = [r for r in among if r.center[2] > floor / 2]
             # Edges are seen less sharply with noise, and towards a floor that is just below.
