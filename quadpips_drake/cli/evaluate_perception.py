@@ -54,7 +54,7 @@ def perception(
     noise: Annotated[bool, typer.Option("--noise", help="Depth noise and lost pixels like a D435's.")] = False,
     drift: Annotated[
         str | None,
-        typer.Option(metavar="H,V,YAW", help="Drift of the pose estimate: horizontal, vertical [m/s], yaw [rad/s]."),
+        typer.Option(metavar="H,V,YAW", help="Drift of the pose estimate: horizontal and vertical, m/s, yaw, rad/s."),
     ] = None,
     scripted: Annotated[bool, typer.Option("--scripted", help="Lead the camera along the way, without physics.")] = False,
     duration: Annotated[float, typer.Option(metavar="S", help="Longest simulated time, s.")] = 60.0,
