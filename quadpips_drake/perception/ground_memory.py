@@ -31,7 +31,7 @@ class GroundMemoryConfig:
     counts [m]."""
     see_through: float = 0.04
     """A remembered point is forgotten when the camera sees this much further past it [m]."""
-    trusted_share: float = 0.65
+    trusted_share: float = 0.8
     """A surface counts as ground when at least this share of the latest images that show its place measured it; 0: once is
     enough."""
     assumed_behind: float = 0.8
