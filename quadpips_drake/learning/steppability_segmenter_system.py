@@ -7,6 +7,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import EventStatus, LeafSystem
 from pydrake.systems.sensors import ImageDepth32F
 
+from quadpips_drake.learning.label_edges import move_borders_to_edges
 from quadpips_drake.learning.model import SteppabilityModel, load_model
 from quadpips_drake.perception.images import LabelImage
 from quadpips_drake.perception.periodic_stage import declare_periodic_output
@@ -19,10 +20,11 @@ from quadpips_drake.timing import StageTimings
 class SteppabilitySegmenter(LeafSystem):
     """Labels every pixel of a depth image as steppable, passable or non-passable.
 
-    DeepLabV3+ on depth, QuadPiPS section V-B; see learning.network. The image is sampled with ``config.period``, its labels
-    appear ``config.latency`` later, as from a network that computes beside everything else; until then the last ones, with
-    the time of the image they belong to, stay on the output. So nobody waits for the network in simulated time. In wall
-    time it computes in between, on the simulation's thread.
+    DeepLabV3+ on depth, QuadPiPS section V-B; see learning.network. Borders of what is steppable are moved to where its
+    surface ends (learning.label_edges). The image is sampled with ``config.period``, its labels appear ``config.latency``
+    later, as from a network that computes beside everything else; until then the last ones, with the time of the image
+    they belong to, stay on the output. So nobody waits for the network in simulated time. In wall time it computes in
+    between, on the simulation's thread.
 
     .. pydrake_system::
 
@@ -93,4 +95,5 @@ class SteppabilitySegmenter(LeafSystem):
                 return LabelImage.empty()
             X_WC = X_WB @ self._X_BC
             labels = self._model.segment(depth, -X_WC[2, :3], self._intrinsics)
+            labels = move_borders_to_edges(labels, depth, -X_WC[2, :3], self._intrinsics)
             return LabelImage(state.stamp, labels, np.array(depth), X_WC)

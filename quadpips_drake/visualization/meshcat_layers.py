@@ -55,7 +55,8 @@ def set_color_points(meshcat: Meshcat, path: str, points: ColorPoints):
     """Puts ``points`` (positions in W) at ``path``."""
     cloud = PointCloud(len(points.positions), Fields(BaseField.kXYZs | BaseField.kRGBs))
     cloud.mutable_xyzs()[:] = points.positions.T
-    cloud.mutable_rgbs()[:] = np.round(255 * np.asarray(points.colors).T).astype(np.uint8)
+    # Points are drawn without light, and the browser takes their colours as linear: as they are they would look pale.
+    cloud.mutable_rgbs()[:] = np.round(255 * np.asarray(points.colors).T ** 2.2).astype(np.uint8)
     meshcat.SetObject(path, cloud, point_size=points.size)
 
 

@@ -37,7 +37,7 @@ def region_mesh(region_set: RegionSet) -> ColorMesh:
     return mesh
 
 
-def label_points(image: AffordanceImage, stride: int, size: float = 0.02) -> ColorPoints:
+def label_points(image: AffordanceImage, stride: int, size: float = 0.03) -> ColorPoints:
     """The labelled points that a camera sees, coloured by label (green, yellow, red); every ``stride``-th row and column.
 
     Points of unknown steppability are left out.
