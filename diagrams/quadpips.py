@@ -16,6 +16,7 @@ from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.oracle_regions import OracleRegionConfig
 from quadpips_drake.perception.oracle_regions_system import OracleRegions
 from quadpips_drake.perception.regions import RegionSet
+from quadpips_drake.perception.steppability_config import SteppabilityConfig
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.robots.robot_state import RobotState
 from quadpips_drake.sensing.pose_drift import PoseDriftConfig
@@ -31,6 +32,11 @@ from quadpips_drake.visualization.recording import FRAMES_PER_SECOND, save_recor
 REGION_SOURCES = ("camera", "oracle")
 
 
+def _perception() -> PerceptionConfig:
+    """Perception with the steppability network; the module by itself judges ground by its geometry alone."""
+    return PerceptionConfig(steppability=SteppabilityConfig(enabled=True))
+
+
 @dataclass
 class QuadpipsConfig:
     """All stages, in the order in which data flows."""
@@ -40,7 +46,7 @@ class QuadpipsConfig:
     """How the state estimate that all stages work with drifts away from the truth."""
     region_source: str = "camera"
     """Where planar regions come from: camera, or oracle (exact ones from the terrain, for finding faults)."""
-    perception: PerceptionConfig = field(default_factory=PerceptionConfig)
+    perception: PerceptionConfig = field(default_factory=_perception)
     oracle_regions: OracleRegionConfig = field(default_factory=OracleRegionConfig)
     planning: PlanningConfig = field(default_factory=PlanningConfig)
     tracking: TrackingConfig = field(default_factory=TrackingConfig)
