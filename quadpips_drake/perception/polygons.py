@@ -103,14 +103,8 @@ def half_planes(polygon):
 def shrink(polygon, distance):
     """Returns the points of ``polygon`` that are at least ``distance`` inside every edge."""
     result = polygon.copy()
-    for k in range(len(polygon)):
-        p, q = polygon[k], polygon[(k + 1) % len(polygon)]
-        ex, ey = q[0] - p[0], q[1] - p[1]
-        length = np.sqrt(ex * ex + ey * ey)
-        if length < 1e-9:
-            continue
-        nx, ny = ey / length, -ex / length  # outward
-        result = clip_half_plane(result, nx, ny, nx * p[0] + ny * p[1] - distance)
+    for nx, ny, offset in half_planes(polygon):
+        result = clip_half_plane(result, nx, ny, offset - distance)
         if len(result) == 0:
             break
     return result
@@ -123,14 +117,8 @@ def grow(polygon, distance):
     low_x, high_x = polygon[:, 0].min() - reach, polygon[:, 0].max() + reach
     low_y, high_y = polygon[:, 1].min() - reach, polygon[:, 1].max() + reach
     result = np.array([[low_x, low_y], [high_x, low_y], [high_x, high_y], [low_x, high_y]])
-    for k in range(len(polygon)):
-        p, q = polygon[k], polygon[(k + 1) % len(polygon)]
-        ex, ey = q[0] - p[0], q[1] - p[1]
-        length = np.sqrt(ex * ex + ey * ey)
-        if length < 1e-9:
-            continue
-        nx, ny = ey / length, -ex / length
-        result = clip_half_plane(result, nx, ny, nx * p[0] + ny * p[1] + distance)
+    for nx, ny, offset in half_planes(polygon):
+        result = clip_half_plane(result, nx, ny, offset + distance)
     return result
 
 
