@@ -54,7 +54,8 @@ def test_depth_image_to_regions(benchmark, moment):
 
 def test_normals(benchmark, moment):
     benchmark.group = "stages"
-    benchmark(affordance, moment[1], moment[2], 0.0, CONFIG, INTRINSICS)
+    image = benchmark(affordance, moment[1], moment[2], 0.0, CONFIG, INTRINSICS)
+    assert np.isfinite(image.normals).any()
 
 
 def test_egocan(benchmark, moment):
@@ -66,7 +67,8 @@ def test_egocan(benchmark, moment):
 
 def test_cap(benchmark, moment):
     benchmark.group = "stages"
-    benchmark(draw_egocan, moment[0], CONFIG.egocan)
+    can = benchmark(draw_egocan, moment[0], CONFIG.egocan)
+    assert len(segment_superpixels(can, CONFIG.superpixels).centers) > 30
 
 
 def frames(moment):
@@ -101,7 +103,8 @@ def test_superpixels_warm(benchmark, moment):
 
 def test_slic(benchmark, moment):
     benchmark.group = "superpixels"
-    benchmark.pedantic(slic_of(frames(moment)[0]), rounds=5, warmup_rounds=1)
+    labels = benchmark.pedantic(slic_of(frames(moment)[0]), rounds=5, warmup_rounds=1)
+    assert labels.max() > 30
 
 
 def test_ratio_to_slic(moment, capsys):
@@ -145,4 +148,4 @@ def test_ids_kept(moment, capsys):
 def test_regions(benchmark, moment):
     benchmark.group = "stages"
     superpixels = segment_superpixels(draw_egocan(moment[0], CONFIG.egocan), CONFIG.superpixels)
-    benchmark(extract_regions, superpixels, FOOT_RADIUS, CONFIG.regions)
+    assert len(benchmark(extract_regions, superpixels, FOOT_RADIUS, CONFIG.regions).regions) > 30
