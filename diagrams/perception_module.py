@@ -7,15 +7,15 @@ from itertools import pairwise
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from quadpips_drake.perception.config import PerceptionConfig
-from quadpips_drake.perception.legged_egocan_system import LeggedEgocan
-from quadpips_drake.perception.normal_estimator_system import NormalEstimator
-from quadpips_drake.perception.region_extractor_system import RegionExtractor
-from quadpips_drake.perception.superpixel_segmenter_system import SuperpixelSegmenter
+from quadpips_drake.perception.egocan.legged_egocan_system import LeggedEgocan
+from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
+from quadpips_drake.perception.regions.region_extractor_system import RegionExtractor
+from quadpips_drake.perception.superpixels.superpixel_segmenter_system import SuperpixelSegmenter
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.sensing.depth_noise_system import DepthNoise
 from quadpips_drake.sensing.self_filter_system import SelfFilter
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 
 _SEEDS_APART = 1_000_003
 """Between the seeds of the cameras' noise."""
@@ -113,7 +113,7 @@ def _connect_labels(builder, filters, normals, X_BC, config, timings, eye: _Eye)
         builder.ExportInput(normals.GetInputPort("labels"), "labels" + eye.suffix)
         return
     # Imported here, because torch takes its time.
-    from quadpips_drake.learning.steppability_segmenter_system import SteppabilitySegmenter
+    from quadpips_drake.perception.steppability.steppability_segmenter_system import SteppabilitySegmenter
 
     segmenter = SteppabilitySegmenter(X_BC, eye.intrinsics, config.steppability, timings=timings)
     builder.AddNamedSystem("steppability_segmenter" + eye.suffix, segmenter)

@@ -4,19 +4,19 @@ from dataclasses import dataclass, field
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from quadpips_drake.control.reference_publisher import ReferencePublisherConfig
-from quadpips_drake.control.reference_publisher_system import ReferencePublisher
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.planning.foothold_config import FootholdConfig
-from quadpips_drake.planning.foothold_planner_system import FootholdPlanner
-from quadpips_drake.planning.replan_monitor import MonitorConfig
-from quadpips_drake.planning.replan_monitor_system import ReplanMonitor
-from quadpips_drake.planning.torso_planner_system import TorsoPlanner
-from quadpips_drake.planning.torso_search import TorsoConfig
+from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
+from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
+from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
+from quadpips_drake.planning.torso.torso_search import TorsoConfig
 from quadpips_drake.robots.robot_model import RobotModel
+from quadpips_drake.supervision.reference_publisher import ReferencePublisherConfig
+from quadpips_drake.supervision.reference_publisher_system import ReferencePublisher
+from quadpips_drake.supervision.replan_monitor import MonitorConfig
+from quadpips_drake.supervision.replan_monitor_system import ReplanMonitor
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trajectory.swing_optimizer import SwingOptimizerConfig
-from quadpips_drake.trajectory.swing_optimizer_system import SwingTrajectoryOptimizer
+from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizerConfig
+from quadpips_drake.trajectory.swing.swing_optimizer_system import SwingTrajectoryOptimizer
 
 
 @dataclass

@@ -12,19 +12,19 @@ from quadpips_drake.diagrams.planning_module import PlanningConfig, PlanningModu
 from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.diagrams.tracking_module import TrackingConfig, TrackingModule
 from quadpips_drake.errors import unknown_name
+from quadpips_drake.estimation.drifting_state_estimator_system import DriftingStateEstimator
+from quadpips_drake.estimation.pose_drift import PoseDriftConfig
 from quadpips_drake.perception.config import PerceptionConfig
-from quadpips_drake.perception.oracle_regions import OracleRegionConfig
-from quadpips_drake.perception.oracle_regions_system import OracleRegions
-from quadpips_drake.perception.regions import RegionSet
-from quadpips_drake.perception.steppability_config import SteppabilityConfig
+from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig
+from quadpips_drake.perception.regions.oracle_regions_system import OracleRegions
+from quadpips_drake.perception.steppability.steppability_config import SteppabilityConfig
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.robots.robot_state import RobotState
-from quadpips_drake.sensing.pose_drift import PoseDriftConfig
-from quadpips_drake.sensing.pose_drift_system import DriftingStateEstimator
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trajectory.reference import WholeBodyReference
-from quadpips_drake.trajectory.swing_optimizer import SwingPlan
+from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.regions import RegionSet
+from quadpips_drake.values.robot_state import RobotState
+from quadpips_drake.values.swing_plan import SwingPlan
 from quadpips_drake.visualization.meshcat_layers import draw_course
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND, save_recording, start_recording

@@ -16,16 +16,16 @@ from pydrake.systems.primitives import DiscreteTimeDelay
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.contact_sensing import find_contact_geometries, touching_links
-from quadpips_drake.robots.legs import JOINTS_PER_LEG, NUM_JOINTS, Leg
-from quadpips_drake.robots.model_errors import ModelErrorConfig, add_payload, set_base_mass
-from quadpips_drake.robots.oracle_state_estimator import OracleStateEstimator
+from quadpips_drake.estimation.oracle_state_estimator_system import OracleStateEstimator
+from quadpips_drake.faults.model_errors import ModelErrorConfig, add_payload, set_base_mass
 from quadpips_drake.robots.robot_model import RobotModel
+from quadpips_drake.sensing.contact_sensing import find_contact_geometries, touching_links
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, add_depth_camera, make_intrinsics
 from quadpips_drake.sensing.imu_system import Imu, ImuConfig
 from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
+from quadpips_drake.values.legs import JOINTS_PER_LEG, NUM_JOINTS, Leg
 
 
 @dataclass

@@ -7,16 +7,16 @@ import numpy as np
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from quadpips_drake.control.scripted_command_system import ScriptedCommand
-from quadpips_drake.control.velocity_reference import VelocityReferenceConfig
-from quadpips_drake.control.velocity_reference_system import VelocityReference
-from quadpips_drake.control.walk_command import WalkCommand
+from quadpips_drake.control.references.scripted_command_system import ScriptedCommand
+from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig
+from quadpips_drake.control.references.velocity_reference_system import VelocityReference
+from quadpips_drake.control.references.walk_command import WalkCommand
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
 from quadpips_drake.diagrams.tracking_module import TrackingConfig, make_tracking_module
-from quadpips_drake.robots.push_system import Push, PushSource
-from quadpips_drake.robots.robot_state import RobotState
+from quadpips_drake.faults.push_system import Push, PushSource
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trajectory.reference import WholeBodyReference
+from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.meshcat_layers import draw_course
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND, save_recording, start_recording

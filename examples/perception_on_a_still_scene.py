@@ -13,10 +13,10 @@ from pydrake.systems.framework import DiagramBuilder
 
 from quadpips_drake.diagrams.perception_module import make_perception_module
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
-from quadpips_drake.perception.pictures import save_perception_picture
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.visualization.perception_picture import save_perception_picture
 
 
 def main(terrain_name: str = "stairs", robot_name: str = "anymal_c", picture: str = "perception.png") -> None:

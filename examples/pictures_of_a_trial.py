@@ -9,8 +9,8 @@ by leg), the swings and the base path of the plan that it follows.
 import argparse
 from pathlib import Path
 
-from quadpips_drake.benchmark.trial import Trial
 from quadpips_drake.cli.run import resolve_trial_config
+from quadpips_drake.trials.trial import Trial
 from quadpips_drake.visualization.plan_meshes import base_mesh, course_mesh, foothold_mesh, region_mesh, swing_mesh
 from quadpips_drake.visualization.plots import save_plots
 from quadpips_drake.visualization.snapshot import ChaseView, SnapshotRenderer, film_strip, save_picture

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.benchmark.study_pool import run_study
-from quadpips_drake.benchmark.trial_options import resolve_config
-from quadpips_drake.benchmark.walk_trial import WalkTrial, WalkTrialConfig
-from quadpips_drake.control.gaits import GAITS
+from quadpips_drake.gaits.gaits import GAITS
+from quadpips_drake.trials.trial_options import resolve_config
+from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
 
 STORE = "gaits.json"
 """Results, in the folder of the study."""

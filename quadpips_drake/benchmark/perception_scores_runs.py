@@ -8,17 +8,16 @@ from pydrake.math import RollPitchYaw
 from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.benchmark.perception_scores import PerceptionSample, PerceptionScorer
-from quadpips_drake.benchmark.trial import Trial, TrialConfig
 from quadpips_drake.diagrams.perception_module import make_perception_module
 from quadpips_drake.diagrams.simulation_station import SimulationStation, standing_pose
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
+from quadpips_drake.estimation.pose_drift import drift_state, drifted_world
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.robots.robot_state import RobotState
-from quadpips_drake.sensing.pose_drift import drift_state, drifted_world
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.trials.trial import Trial, TrialConfig
+from quadpips_drake.values.robot_state import RobotState
 
 SAMPLE_PERIOD = 0.2
 """Between two scored moments [s]."""
@@ -141,7 +140,7 @@ def swaying_states(robot, terrain, speed: float) -> Iterator[RobotState]:
     truth, start, goal = GroundTruth(terrain), np.array(terrain.start[:2]), np.array(terrain.goal)
     yaw = np.arctan2(*(goal - start)[::-1])
     _, joints = standing_pose(robot, truth, *terrain.start)
-    blank = vars(empty_robot_state())
+    blank = vars(RobotState.empty())
     for k in range(int(np.linalg.norm(goal - start) / speed / FRAME_PERIOD) + 1):
         t = k * FRAME_PERIOD
         x, y = start + (goal - start) * (speed * t / np.linalg.norm(goal - start))

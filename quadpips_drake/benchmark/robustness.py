@@ -6,8 +6,8 @@ from pathlib import Path
 
 from quadpips_drake.benchmark.disturbances import DISTURBANCES, trial_options
 from quadpips_drake.benchmark.study_pool import run_study
-from quadpips_drake.benchmark.trial_options import resolve_config
-from quadpips_drake.benchmark.walk_trial import WalkTrial, WalkTrialConfig
+from quadpips_drake.trials.trial_options import resolve_config
+from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
 
 STORE = "robustness.json"
 """Results, in the folder of the study."""

@@ -6,9 +6,9 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from quadpips_drake.benchmark.trial_options import resolve_config
-from quadpips_drake.benchmark.walk_trial import WalkTrial, WalkTrialConfig
-from quadpips_drake.control.gaits import GAITS
+from quadpips_drake.gaits.gaits import GAITS
+from quadpips_drake.trials.trial_options import resolve_config
+from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
 from quadpips_drake.visualization.snapshot import SnapshotRenderer, film_strip, look_at, save_picture
 from quadpips_drake.visualization.walk_figures import gait_figure, push_figure
 

@@ -88,9 +88,9 @@ def _tracking(robot, terrain):
 
 
 def _walk(robot, terrain):
-    from quadpips_drake.control.walk_command import WalkCommand
+    from quadpips_drake.control.references.walk_command import WalkCommand
     from quadpips_drake.diagrams.walk import Walk
-    from quadpips_drake.robots.push_system import Push
+    from quadpips_drake.faults.push_system import Push
 
     return Walk(robot, terrain, [WalkCommand(gait="trot")], pushes=[Push()])
 

@@ -11,8 +11,9 @@ from typing import Annotated
 import typer
 
 from quadpips_drake import __version__
-from quadpips_drake.cli import dataset, diagram, doctor, evaluate, run, terrain, train, walk
+from quadpips_drake.cli import dataset, diagram, doctor, run, terrain, train, walk
 from quadpips_drake.cli.console import OneLineErrors
+from quadpips_drake.cli.evaluation import evaluate
 
 EPILOG = """
 Try 'quadpips doctor' first, then 'quadpips run'; each command explains itself with --help.

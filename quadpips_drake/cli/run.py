@@ -61,15 +61,15 @@ def run(
     options["goal"] = None if goal is None else console.numbers("--goal", goal, "X,Y")
     config = resolve_trial_config(scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
     out = console.writable_directory(out or default_directory(config))
-    from quadpips_drake.benchmark.trial import run_trial
+    from quadpips_drake.trials.trial import run_trial
 
     raise typer.Exit(run_and_report(run_trial, config, out, recording=not no_recording, meshcat=meshcat))
 
 
 def resolve_trial_config(scenario: Path | None, options: dict, sets: list[str]):
     """Returns the TrialConfig that scenario file, options and overrides make together; see ``resolve_config``."""
-    from quadpips_drake.benchmark.trial import TrialConfig
-    from quadpips_drake.benchmark.trial_options import resolve_config
+    from quadpips_drake.trials.trial import TrialConfig
+    from quadpips_drake.trials.trial_options import resolve_config
 
     return resolve_config(TrialConfig, scenario, options, sets)
 

@@ -46,7 +46,7 @@ def show(
     goal: GoalOption = None,
 ):
     """Draw a terrain from above, and say its size, start and goal."""
-    from quadpips_drake.terrain.picture import save_terrain_picture
+    from quadpips_drake.visualization.terrain_picture import save_terrain_picture
 
     terrain = _load(name, seed, start, goal)
     out = out or Path(f"{terrain.name}.png")

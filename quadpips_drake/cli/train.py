@@ -40,9 +40,9 @@ def train(
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from quadpips_drake.learning.dataset import join_frames, load_split
-    from quadpips_drake.learning.model import load_model
     from quadpips_drake.learning.training import Trainer, TrainingConfig
     from quadpips_drake.learning.training_curves import save_curves
+    from quadpips_drake.perception.steppability.model import load_model
 
     config = TrainingConfig(epochs=epochs, batch=batch, seed=seed)
     # The first dataset alone validates, so that scores stay comparable whatever else is trained on.

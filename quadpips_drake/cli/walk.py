@@ -71,8 +71,8 @@ def walk(
     options["velocity"] = None if velocity is None else console.numbers("--velocity", velocity, "VX,VY,WZ")
     options["start"] = None if start is None else console.numbers("--start", start, "X,Y,YAW")
     options["pushes"] = [_push(text) for text in push] if push else None
-    from quadpips_drake.benchmark.trial_options import resolve_config
-    from quadpips_drake.benchmark.walk_trial import WalkTrialConfig, run_walk
+    from quadpips_drake.trials.trial_options import resolve_config
+    from quadpips_drake.trials.walk_trial import WalkTrialConfig, run_walk
 
     config = resolve_config(WalkTrialConfig, scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
     out = out or Path("out") / f"{config.robot}-{Path(config.terrain).stem}-{config.gait}-{config.seed}"

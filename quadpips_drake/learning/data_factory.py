@@ -16,14 +16,15 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.files import write_json
 from quadpips_drake.learning.camera_path import camera_poses
-from quadpips_drake.learning.dataset import DEPTH_UNIT, MANIFEST, VERSION, write_json
+from quadpips_drake.learning.dataset import DEPTH_UNIT, MANIFEST, VERSION
 from quadpips_drake.learning.dataset_config import SPLITS, DatasetConfig, split_of_scene
 from quadpips_drake.learning.depth_corruption import corrupt_depth
 from quadpips_drake.learning.scene_renderer import SceneRenderer
 from quadpips_drake.learning.scenes import SCENE_KINDS, make_scene
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.values.steppability import Steppability
 
 MIN_SCENES = 10
 """Fewer scenes would leave a split empty."""

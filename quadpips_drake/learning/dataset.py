@@ -9,9 +9,9 @@ import numpy as np
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.learning.dataset_config import SPLITS
-from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.steppability import Steppability
 
 MANIFEST = "manifest.json"
 VERSION = 1
@@ -142,10 +142,3 @@ def _is_sound(arrays: dict, intrinsics: CameraIntrinsics) -> bool:
             return False
     finite = arrays["down_C"].shape[1] == 3 and np.isfinite(arrays["down_C"]).all()
     return bool(finite and arrays["labels"].max(initial=0) <= max(Steppability))
-
-
-def write_json(path: Path, content: dict) -> None:
-    """Writes ``content`` to ``path`` at once: whoever reads sees the old file or the new one."""
-    unfinished = Path(path).with_name(f".{Path(path).name}.new")
-    unfinished.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    unfinished.replace(path)

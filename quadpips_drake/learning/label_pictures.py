@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from quadpips_drake.learning.dataset import Frames, decode_depth
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.values.steppability import Steppability
 
 LABEL_COLORS = {
     Steppability.UNKNOWN: (40, 40, 40),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from quadpips_drake.learning.network import CLASSES
+from quadpips_drake.perception.steppability.network import CLASSES
 
 
 def confusion_matrix(truth: np.ndarray, predicted: np.ndarray, counted: np.ndarray | None = None) -> np.ndarray:

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.values.steppability import Steppability
 
 SIDES = 20
 """Corners of what is round."""

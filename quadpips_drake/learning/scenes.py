@@ -7,8 +7,8 @@ import numpy as np
 
 from quadpips_drake.learning import primitives
 from quadpips_drake.learning.primitives import FLOOR_SIZE, LabelPolicy, Patch, make_shape, rectangle, sample_size
-from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.terrain import pose
+from quadpips_drake.values.steppability import Steppability
 
 HORIZON = 12.0
 """Half the width of the ground outdoors [m]; further than any camera here sees."""

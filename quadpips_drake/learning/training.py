@@ -13,12 +13,13 @@ from torch.nn import functional
 from torch.optim.swa_utils import AveragedModel
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.learning.dataset import Frames, decode_depth, write_json
+from quadpips_drake.files import write_json
+from quadpips_drake.learning.dataset import Frames, decode_depth
 from quadpips_drake.learning.evaluation import evaluate_frames
-from quadpips_drake.learning.features import make_features
 from quadpips_drake.learning.metrics import summary
-from quadpips_drake.learning.model import SteppabilityModel, save_model
-from quadpips_drake.learning.network import CLASSES, NetworkConfig, SteppabilityNetwork
+from quadpips_drake.perception.steppability.features import make_features
+from quadpips_drake.perception.steppability.model import SteppabilityModel, save_model
+from quadpips_drake.perception.steppability.network import CLASSES, NetworkConfig, SteppabilityNetwork
 
 CHECKPOINT, HISTORY = "checkpoint.pt", "history.json"
 _IGNORED = -1

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass, field
 
-from quadpips_drake.perception.egocan import EgocanConfig
-from quadpips_drake.perception.normals import NormalConfig
-from quadpips_drake.perception.region_extraction import RegionConfig
-from quadpips_drake.perception.steppability_config import SteppabilityConfig
-from quadpips_drake.perception.superpixels import SuperpixelConfig
+from quadpips_drake.perception.egocan.egocan import EgocanConfig
+from quadpips_drake.perception.normals.normals import NormalConfig
+from quadpips_drake.perception.regions.region_extraction import RegionConfig
+from quadpips_drake.perception.steppability.steppability_config import SteppabilityConfig
+from quadpips_drake.perception.superpixels.superpixels import SuperpixelConfig
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
 from quadpips_drake.sensing.self_filter import SelfFilterConfig
 

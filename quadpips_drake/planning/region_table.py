@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from quadpips_drake.perception.regions import PlanarRegion
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.values.regions import PlanarRegion
+from quadpips_drake.values.steppability import Steppability
 
 
 class RegionTable(NamedTuple):

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quadpips_drake.perception.regions import PlanarRegion, RegionSet
 from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.planning.region_table import in_convex_polygon
-from quadpips_drake.robots.legs import Leg
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.regions import PlanarRegion, RegionSet
 
 CONTACT_DISTANCE = 0.04
 """A foot stands on a region when its ground point is this close to the region's plane [m] (as in the release)."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from quadpips_drake.robots.legs import JOINTS_PER_LEG, NUM_LEGS
+from quadpips_drake.values.legs import JOINTS_PER_LEG, NUM_LEGS
 
 _TURN = 2.0 * np.pi
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.legs import JOINTS_PER_LEG, NUM_JOINTS
+from quadpips_drake.values.legs import JOINTS_PER_LEG, NUM_JOINTS
 
 
 @dataclass

@@ -18,8 +18,8 @@ from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.robots import kinematic_tree as kinematics
 from quadpips_drake.robots.kinematic_tree import KinematicTree
 from quadpips_drake.robots.leg_inverse_kinematics import solve_leg
-from quadpips_drake.robots.legs import JOINTS_PER_LEG, Leg
 from quadpips_drake.robots.robot_description import CameraDescription, CameraMount, RobotDescription, mount_camera
+from quadpips_drake.values.legs import JOINTS_PER_LEG, Leg
 
 JOINT_NAMES = tuple(f"{leg.name}_{joint}" for leg in Leg for joint in ("HAA", "HFE", "KFE"))
 LINK_NAMES = ("base", *(f"{leg.name}_{link}" for leg in Leg for link in ("HIP", "THIGH", "SHANK")))

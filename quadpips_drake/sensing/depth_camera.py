@@ -21,7 +21,7 @@ from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_description import CameraMount
-from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 
 _RENDERER = "depth"
 

@@ -5,9 +5,9 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageDepth32F
 
-from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig, add_depth_noise
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 
 
 class DepthNoise(LeafSystem):

@@ -5,11 +5,11 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageDepth32F
 
-from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.sensing.self_filter import SelfFilterConfig, find_own_body
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.robot_state import RobotState
 
 
 class SelfFilter(LeafSystem):
@@ -48,7 +48,7 @@ class SelfFilter(LeafSystem):
         self._timings = timings or StageTimings()
         image = ImageDepth32F(intrinsics.width, intrinsics.height)
         self._image = self.DeclareAbstractInputPort("depth_image", AbstractValue.Make(image))
-        self._state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(empty_robot_state()))
+        self._state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(RobotState.empty()))
         self.DeclareAbstractOutputPort("depth_image", lambda: AbstractValue.Make(image), self._calc_image)
 
     def _calc_image(self, context, output):

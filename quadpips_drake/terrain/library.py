@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.errors import UserInputError, unknown_name
-from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.stone_setup import read_stone_setup
 from quadpips_drake.terrain.terrain import Box, Terrain, pose
 from quadpips_drake.terrain.terrain_file import read_terrain_file
+from quadpips_drake.values.steppability import Steppability
 
 PLATFORM_THICKNESS = 0.1
 

@@ -9,8 +9,8 @@ from pydrake.geometry import Mesh as MeshShape
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
-from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Terrain
+from quadpips_drake.values.steppability import Steppability
 
 COLORS = {
     Steppability.UNKNOWN: (0.60, 0.60, 0.60, 1.0),

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.terrain import Box, Cylinder, Element
+from quadpips_drake.values.steppability import Steppability
 
 _SIDES = 64
 _FLUSH = 1e-6

@@ -9,8 +9,8 @@ import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.terrain.steppability import Steppability
-from quadpips_drake.values import ImmutableValue
+from quadpips_drake.values.immutable import ImmutableValue
+from quadpips_drake.values.steppability import Steppability
 
 MIN_SIZE = 1e-3
 """Smallest edge length or radius of an element [m]."""

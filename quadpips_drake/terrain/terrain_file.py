@@ -14,8 +14,8 @@ import yaml
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.terrain.mesh_file import read_obj
-from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Terrain, pose
+from quadpips_drake.values.steppability import Steppability
 
 MAX_FILE_BYTES = 5_000_000
 MAX_ELEMENTS = 5000

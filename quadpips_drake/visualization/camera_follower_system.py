@@ -5,7 +5,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.control.standing import standing_state
+from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.visualization.meshcat_layers import look_at_robot
 
 

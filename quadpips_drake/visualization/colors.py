@@ -1,7 +1,7 @@
 """The colours that legs, labels and curves have in every picture, as red, green, blue in [0, 1]."""
 
-from quadpips_drake.robots.legs import Leg
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.steppability import Steppability
 
 LEG_COLORS = {
     Leg.LF: (0.12, 0.47, 0.71),

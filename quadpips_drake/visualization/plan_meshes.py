@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from quadpips_drake.perception.images import AffordanceImage
-from quadpips_drake.perception.regions import RegionSet
-from quadpips_drake.planning.plans import FootholdPlan
-from quadpips_drake.robots.legs import Leg
-from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
-from quadpips_drake.trajectory.reference import WholeBodyReference
+from quadpips_drake.values.images import AffordanceImage
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.plans import FootholdPlan
+from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.regions import RegionSet
+from quadpips_drake.values.steppability import Steppability
 from quadpips_drake.visualization.colors import (
     BASE_REFERENCE_COLOR,
     GOAL_COLOR,

@@ -8,11 +8,12 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import EventStatus, LeafSystem
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.images import AffordanceImage
-from quadpips_drake.perception.regions import RegionSet
-from quadpips_drake.planning.plans import FootholdPlan
-from quadpips_drake.trajectory.reference import ContactSchedule, WholeBodyReference
-from quadpips_drake.values import ImmutableValue
+from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.images import AffordanceImage
+from quadpips_drake.values.immutable import ImmutableValue
+from quadpips_drake.values.plans import FootholdPlan
+from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.visualization.meshcat_layers import MeshcatLayers
 from quadpips_drake.visualization.plan_meshes import (
     base_mesh,

@@ -12,11 +12,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from quadpips_drake.robots.legs import JOINTS_PER_LEG, Leg
-from quadpips_drake.terrain.picture import draw_terrain, view_of
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
+from quadpips_drake.values.legs import JOINTS_PER_LEG, Leg
 from quadpips_drake.visualization.colors import BASE_REFERENCE_COLOR, LEG_COLORS
+from quadpips_drake.visualization.terrain_picture import draw_terrain, view_of
 
 JOINT_KINDS = ("HAA", "HFE", "KFE")
 _REFERENCE_STYLE = {"color": BASE_REFERENCE_COLOR, "linestyle": "--", "linewidth": 1.0}

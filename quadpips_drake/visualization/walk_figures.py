@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from quadpips_drake.control.gaits import Gait
-from quadpips_drake.robots.legs import Leg
+from quadpips_drake.gaits.gaits import Gait
+from quadpips_drake.values.legs import Leg
 from quadpips_drake.visualization.colors import LEG_COLORS
 
 

@@ -5,8 +5,8 @@ from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.control.gaits import GAITS
-from quadpips_drake.control.walk_command import WalkCommand
+from quadpips_drake.control.references.walk_command import WalkCommand
+from quadpips_drake.gaits.gaits import GAITS
 
 SLIDERS = {"forward [m/s]": 0.8, "left [m/s]": 0.4, "turn [rad/s]": 0.8}
 """Name and largest value of each component of the velocity command."""

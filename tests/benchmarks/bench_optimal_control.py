@@ -19,14 +19,14 @@ import numpy as np
 import pytest
 from pydrake.solvers import ClarabelSolver
 
-from quadpips_drake.control.centroidal_mpc import CentroidalMpc, MpcConfig, MpcMemory
-from quadpips_drake.control.gaits import load_gait
-from quadpips_drake.control.standing import standing_state
-from quadpips_drake.control.velocity_reference import VelocityWalk, WalkMemory
+from quadpips_drake.control.mpc.centroidal_mpc import CentroidalMpc, MpcConfig, MpcMemory
+from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory
+from quadpips_drake.gaits.gaits import load_gait
+from quadpips_drake.math.small_algebra import roll_pitch_yaw_rotation
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.trajectory.ocp_config import OcpConfig
-from quadpips_drake.trajectory.small_algebra import roll_pitch_yaw_rotation
-from quadpips_drake.trajectory.swing_optimizer import SwingOptimizer
+from quadpips_drake.robots.standing import standing_state
+from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
+from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer
 from tests.trajectory.walking import uneven_plan
 
 SOLVERS = ["piqp", "piqp_ldlt", "osqp", "clarabel", "clarabel_1e-5"]

@@ -15,9 +15,9 @@ import pytest
 from skimage.segmentation import slic
 
 from quadpips_drake.perception.config import PerceptionConfig
-from quadpips_drake.perception.egocan import draw_egocan, update_memory
-from quadpips_drake.perception.region_extraction import extract_regions
-from quadpips_drake.perception.superpixels import healthy_pixels, segment_superpixels
+from quadpips_drake.perception.egocan.egocan import draw_egocan, update_memory
+from quadpips_drake.perception.regions.region_extraction import extract_regions
+from quadpips_drake.perception.superpixels.superpixels import healthy_pixels, segment_superpixels
 from tests.perception.scenes import (
     FOOT_RADIUS,
     INTRINSICS,

@@ -16,10 +16,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quadpips_drake.control.robot_dynamics import RobotDynamics
-from quadpips_drake.control.whole_body_config import WbcConfig
-from quadpips_drake.control.whole_body_control import WholeBodyCommand, WholeBodyControl
+from quadpips_drake.control.whole_body.robot_dynamics import RobotDynamics
+from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
+from quadpips_drake.control.whole_body.whole_body_control import WholeBodyControl
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.values.whole_body_command import WholeBodyCommand
 from tests.control.plant_dynamics import PlantDynamics
 from tests.control.trotting import mid_trot
 

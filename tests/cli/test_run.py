@@ -44,7 +44,7 @@ def quadpips(*arguments, cwd=None):
 @pytest.mark.parametrize(("arguments", "parts"), BAD_INPUT, ids=lambda value: " ".join(value))
 def test_bad_input_ends_with_one_line_and_status_2(arguments, parts, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("quadpips_drake.benchmark.simulated_trial.Simulator", None)  # refused before anything is simulated
+    monkeypatch.setattr("quadpips_drake.trials.simulated_trial.Simulator", None)  # refused before anything is simulated
     status, _, errors = quadpips("run", "--no-recording", *arguments)
     lines = [line for line in errors.splitlines() if line.strip() and not line.startswith("building")]
     assert status == 2, errors
@@ -99,7 +99,7 @@ def test_an_interrupted_run_says_where_the_rest_lies(tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("quadpips_drake.benchmark.trial.run_trial", interrupted)
+    monkeypatch.setattr("quadpips_drake.trials.trial.run_trial", interrupted)
     status, _, errors = quadpips("run", "--terrain", "flat", "--out", tmp_path)
     assert status == 130
     assert "interrupted; what was simulated so far lies in" in errors

@@ -27,7 +27,7 @@ BAD_INPUT = [
 @pytest.mark.parametrize(("arguments", "parts"), BAD_INPUT, ids=lambda value: " ".join(value))
 def test_bad_input_ends_with_one_line_and_status_2(arguments, parts, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("quadpips_drake.benchmark.simulated_trial.Simulator", None)  # refused before anything is simulated
+    monkeypatch.setattr("quadpips_drake.trials.simulated_trial.Simulator", None)  # refused before anything is simulated
     status, _, errors = quadpips("walk", "--no-recording", *arguments)
     lines = [line for line in errors.splitlines() if line.strip() and not line.startswith("building")]
     assert status == 2, errors

@@ -5,8 +5,8 @@ from pydrake.math import RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from quadpips_drake.control.robot_dynamics import NUM_VELOCITIES, DynamicsTerms
-from quadpips_drake.robots.legs import NUM_LEGS
+from quadpips_drake.control.whole_body.robot_dynamics import NUM_VELOCITIES, DynamicsTerms
+from quadpips_drake.values.legs import NUM_LEGS
 
 
 class PlantDynamics:

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quadpips_drake.control.centroidal_mpc import CentroidalMpc, MpcConfig, MpcMemory
-from quadpips_drake.control.gaits import load_gait
-from quadpips_drake.control.reference_publisher import no_reference
-from quadpips_drake.control.standing import standing_state
-from quadpips_drake.control.velocity_reference import VelocityWalk, WalkMemory
+from quadpips_drake.control.mpc.centroidal_mpc import CentroidalMpc, MpcConfig, MpcMemory
+from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.legs import Leg
+from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.trajectory.ocp_config import OcpConfig
+from quadpips_drake.robots.standing import standing_state
+from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.reference import WholeBodyReference
 
 
 def _solve(mpc, robot, reference, times, memory=None):
@@ -26,7 +26,7 @@ def _solve(mpc, robot, reference, times, memory=None):
 @pytest.mark.parametrize("name", ["anymal_c", "go2"])
 def test_standing_forces_carry_the_weight_and_the_base_stays(name):
     robot = load_robot(name)
-    policy = _solve(CentroidalMpc(robot), robot, no_reference(), np.arange(0.0, 0.1, 0.02)).policy
+    policy = _solve(CentroidalMpc(robot), robot, WholeBodyReference.empty(), np.arange(0.0, 0.1, 0.02)).policy
     assert policy.success
     forces = policy.inputs[:, :12].reshape(-1, 4, 3)
     weight = 9.81 * robot.mass
@@ -55,23 +55,23 @@ def test_swinging_feet_bear_nothing_and_aim_at_their_footholds():
 def test_without_a_reference_the_stance_is_latched():
     robot = load_robot("go2")
     mpc = CentroidalMpc(robot)
-    memory = _solve(mpc, robot, no_reference(), [0.0])
+    memory = _solve(mpc, robot, WholeBodyReference.empty(), [0.0])
     pushed = replace(standing_state(robot, 0.02), p_WB=np.array([0.05, 0.0, robot.nominal_base_height]))
-    later = mpc.compute(pushed, no_reference(), memory)
+    later = mpc.compute(pushed, WholeBodyReference.empty(), memory)
     assert later.standing is memory.standing
 
 
 def test_failures_are_counted_and_carry_the_policy_on():
     robot = load_robot("go2")
     mpc = CentroidalMpc(robot, MpcConfig(fault_start=[0.02], fault_duration=0.04))
-    good = _solve(mpc, robot, no_reference(), [0.0])
-    bad = _solve(mpc, robot, no_reference(), [0.02, 0.04], good)
+    good = _solve(mpc, robot, WholeBodyReference.empty(), [0.0])
+    bad = _solve(mpc, robot, WholeBodyReference.empty(), [0.02, 0.04], good)
     assert not bad.policy.success
     assert "fails on purpose" in bad.policy.status
     assert bad.policy.fallbacks == 2
     assert bad.policy.states is good.policy.states
     assert bad.consecutive_failures == 2
-    after = _solve(mpc, robot, no_reference(), [0.06], bad)
+    after = _solve(mpc, robot, WholeBodyReference.empty(), [0.06], bad)
     assert after.policy.success and after.policy.fallbacks == 2 and after.consecutive_failures == 0
 
 
@@ -89,12 +89,12 @@ def test_many_failures_end_in_standing():
 def test_a_delay_holds_results_back_and_leaves_their_times():
     robot = load_robot("anymal_c")
     mpc = CentroidalMpc(robot, MpcConfig(delay=0.03))
-    memory = _solve(mpc, robot, no_reference(), [0.0, 0.02, 0.04, 0.06])
+    memory = _solve(mpc, robot, WholeBodyReference.empty(), [0.0, 0.02, 0.04, 0.06])
     assert memory.policy.stamp == pytest.approx(0.06)
     assert memory.policy_at(0.06).stamp == pytest.approx(0.02)
     assert memory.policy_at(0.071).stamp == pytest.approx(0.04)
     assert memory.policy_at(0.091).times[0] == pytest.approx(0.06)
-    assert _solve(mpc, robot, no_reference(), [0.0]).policy_at(0.02).is_empty
+    assert _solve(mpc, robot, WholeBodyReference.empty(), [0.0]).policy_at(0.02).is_empty
     assert len(memory.released) <= 3
 
 
@@ -103,14 +103,14 @@ def test_the_uniform_grid_of_the_paper():
     assert len(config.knots()) == 68
     assert np.diff(config.knots()) == pytest.approx(0.015, rel=0.01)
     assert len(MpcConfig().knots()) <= 26
-    policy = _solve(CentroidalMpc(robot, config), robot, no_reference(), [0.0, 0.02]).policy
+    policy = _solve(CentroidalMpc(robot, config), robot, WholeBodyReference.empty(), [0.0, 0.02]).policy
     assert policy.success and len(policy.inputs) == 67
 
 
 def test_the_single_rigid_body_stands_too():
     robot = load_robot("anymal_c")
     mpc = CentroidalMpc(robot, MpcConfig(ocp=OcpConfig(model="single_rigid_body")))
-    policy = _solve(mpc, robot, no_reference(), [0.0, 0.02]).policy
+    policy = _solve(mpc, robot, WholeBodyReference.empty(), [0.0, 0.02]).policy
     assert policy.success
     assert policy.inputs[0, 2:12:3].sum() == pytest.approx(9.81 * robot.mass, rel=0.03)
 
@@ -118,10 +118,10 @@ def test_the_single_rigid_body_stands_too():
 def test_equal_memories_give_equal_policies():
     robot = load_robot("anymal_c")
     mpc = CentroidalMpc(robot)
-    memory = _solve(mpc, robot, no_reference(), [0.0, 0.02])
-    one = _solve(mpc, robot, no_reference(), [0.04], memory)
-    _solve(mpc, robot, no_reference(), [0.06, 0.08], one)
-    other = _solve(CentroidalMpc(robot), robot, no_reference(), [0.04], memory)
+    memory = _solve(mpc, robot, WholeBodyReference.empty(), [0.0, 0.02])
+    one = _solve(mpc, robot, WholeBodyReference.empty(), [0.04], memory)
+    _solve(mpc, robot, WholeBodyReference.empty(), [0.06, 0.08], one)
+    other = _solve(CentroidalMpc(robot), robot, WholeBodyReference.empty(), [0.04], memory)
     np.testing.assert_array_equal(one.policy.inputs, other.policy.inputs)
     np.testing.assert_array_equal(one.policy.states, other.policy.states)
 

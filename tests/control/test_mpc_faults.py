@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from quadpips_drake.benchmark.walk_trial import WalkTrial, WalkTrialConfig
-from quadpips_drake.control.contact_logic import FootMode
+from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
+from quadpips_drake.values.whole_body_command import FootMode
 
 _PERIODS = 5
 """Updates in 100 ms at 50 Hz."""

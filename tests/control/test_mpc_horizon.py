@@ -5,16 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quadpips_drake.control import mpc_horizon as horizon
-from quadpips_drake.control import mpc_swings
-from quadpips_drake.control.gaits import load_gait
-from quadpips_drake.control.mpc_config import graded_grid
-from quadpips_drake.control.standing import standing_state
-from quadpips_drake.perception.regions import PlanarRegion
-from quadpips_drake.robots.legs import Leg
+from quadpips_drake.control.mpc import mpc_horizon as horizon
+from quadpips_drake.control.mpc import mpc_swings
+from quadpips_drake.control.mpc.mpc_config import graded_grid
+from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.trajectory.reference import ContactSchedule, FootholdTarget, WholeBodyReference
-from quadpips_drake.trajectory.swing_trajectory import SwingConfig, SwingSpline
+from quadpips_drake.robots.standing import standing_state
+from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig, SwingSpline
+from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
+from quadpips_drake.values.regions import PlanarRegion
 
 
 def test_the_grid_grows_from_its_first_step_to_the_horizon():

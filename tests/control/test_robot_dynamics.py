@@ -5,10 +5,10 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from quadpips_drake.control.robot_dynamics import RobotDynamics
-from quadpips_drake.control.standing import standing_state
-from quadpips_drake.control.whole_body_targets import rotation_matrix
+from quadpips_drake.control.whole_body.robot_dynamics import RobotDynamics
+from quadpips_drake.control.whole_body.whole_body_targets import rotation_matrix
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.standing import standing_state
 from tests.control.plant_dynamics import PlantDynamics
 
 

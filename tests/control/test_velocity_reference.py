@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quadpips_drake.control.gaits import load_gait
-from quadpips_drake.control.ground_plane import GroundPlane, fitted_plane
-from quadpips_drake.control.standing import standing_state
-from quadpips_drake.control.velocity_reference import VelocityWalk, WalkMemory, advance, wrapped
+from quadpips_drake.control.references.ground_plane import GroundPlane, fitted_plane
+from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory, advance, wrapped
+from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.standing import standing_state
 
 ROBOT = load_robot("go2")
 

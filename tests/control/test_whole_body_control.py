@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quadpips_drake.control import whole_body_control as wbc
-from quadpips_drake.control import whole_body_targets as targets
-from quadpips_drake.control.contact_logic import FootMode, foot_mode
-from quadpips_drake.control.mpc_policy import MpcPolicy
-from quadpips_drake.control.standing import standing_state
-from quadpips_drake.control.whole_body_qp import QpSolution
+from quadpips_drake.control.whole_body import whole_body_control as wbc
+from quadpips_drake.control.whole_body import whole_body_targets as targets
+from quadpips_drake.control.whole_body.contact_logic import foot_mode
+from quadpips_drake.control.whole_body.whole_body_qp import QpSolution
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.trajectory.reference import ContactSchedule
+from quadpips_drake.robots.standing import standing_state
+from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.mpc_policy import MpcPolicy
+from quadpips_drake.values.whole_body_command import FootMode
 
 ROBOTS = ("anymal_c", "go2")
 

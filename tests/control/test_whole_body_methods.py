@@ -5,16 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quadpips_drake.control import whole_body_methods as methods
-from quadpips_drake.control.contact_logic import foot_targets
-from quadpips_drake.control.robot_dynamics import RobotDynamics
-from quadpips_drake.control.whole_body_assembly import WeightedAssembly
-from quadpips_drake.control.whole_body_config import WbcConfig
-from quadpips_drake.control.whole_body_control import WholeBodyCommand, WholeBodyControl
-from quadpips_drake.control.whole_body_qp import QpSolution, make_whole_body_qp
-from quadpips_drake.control.whole_body_tasks import Level, Limits, Task, joint_stops
+from quadpips_drake.control.whole_body import whole_body_methods as methods
+from quadpips_drake.control.whole_body.contact_logic import foot_targets
+from quadpips_drake.control.whole_body.robot_dynamics import RobotDynamics
+from quadpips_drake.control.whole_body.whole_body_assembly import WeightedAssembly
+from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
+from quadpips_drake.control.whole_body.whole_body_control import WholeBodyControl
+from quadpips_drake.control.whole_body.whole_body_qp import QpSolution, make_whole_body_qp
+from quadpips_drake.control.whole_body.whole_body_tasks import Level, Limits, Task, joint_stops
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.values.whole_body_command import WholeBodyCommand
 from tests.control.trotting import TROT, mid_trot
 
 ROBOTS = ("anymal_c", "go2")

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from quadpips_drake.control.mpc_policy import MpcPolicy
-from quadpips_drake.control.standing import standing_state
-from quadpips_drake.trajectory.reference import ContactSchedule
-from quadpips_drake.trajectory.swing_trajectory import SwingSpline
+from quadpips_drake.robots.standing import standing_state
+from quadpips_drake.trajectory.swing.swing_trajectory import SwingSpline
+from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.mpc_policy import MpcPolicy
 
 TROT = np.array([True, False, False, True])
 

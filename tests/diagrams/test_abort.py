@@ -5,13 +5,13 @@ import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
-from quadpips_drake.control.contact_logic import FootMode
-from quadpips_drake.control.safety import SafetyConfig, fall_reason
-from quadpips_drake.control.walk_command import WalkCommand
-from quadpips_drake.control.whole_body_methods import MethodSolution, WeightedMethod
+from quadpips_drake.control.references.walk_command import WalkCommand
+from quadpips_drake.control.whole_body.whole_body_methods import MethodSolution, WeightedMethod
 from quadpips_drake.diagrams.walk import Walk, WalkConfig
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.supervision.safety import SafetyConfig, fall_reason
 from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.values.whole_body_command import FootMode
 
 pytestmark = pytest.mark.slow
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quadpips_drake.benchmark.trial import Trial, TrialConfig, run_trial
 from quadpips_drake.cli.run import resolve_trial_config
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.terrain.truth import GroundTruth
+from quadpips_drake.trials.trial import Trial, TrialConfig, run_trial
 
 pytestmark = pytest.mark.slow
 

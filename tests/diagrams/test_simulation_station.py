@@ -6,13 +6,13 @@ from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station, standing_pose
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.legs import Leg
 from quadpips_drake.robots.robot_model import load_robot, robot_names
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
 from quadpips_drake.sensing.imu_system import ImuConfig
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.terrain import Box, Terrain, pose
 from quadpips_drake.terrain.truth import GroundTruth
+from quadpips_drake.values.legs import Leg
 
 INPUTS = ["feedforward_torque", "desired_joint_state", "applied_spatial_force"]
 OUTPUTS = [

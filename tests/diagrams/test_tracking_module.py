@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from quadpips_drake.benchmark.walk_trial import WalkTrial, WalkTrialConfig
-from quadpips_drake.control.walk_command import WalkCommand
+from quadpips_drake.control.references.walk_command import WalkCommand
 from quadpips_drake.diagrams.tracking_module import make_tracking_module
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
 
 
 def test_ports_have_their_names():

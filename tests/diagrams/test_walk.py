@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from quadpips_drake.benchmark.walk_trial import WalkTrial, WalkTrialConfig
-from quadpips_drake.control.walk_command import WalkCommand
+from quadpips_drake.control.references.walk_command import WalkCommand
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
 from quadpips_drake.diagrams.walk import WalkConfig
-from quadpips_drake.robots.model_errors import ModelErrorConfig
-from quadpips_drake.robots.push_system import Push, force_at
+from quadpips_drake.faults.model_errors import ModelErrorConfig
+from quadpips_drake.faults.push_system import Push, force_at
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
 
 
 def _station(**errors):

@@ -2,9 +2,9 @@
 
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.learning.model import SteppabilityModel
-from quadpips_drake.learning.network import SteppabilityNetwork
-from quadpips_drake.learning.steppability_segmenter_system import SteppabilitySegmenter
+from quadpips_drake.perception.steppability.model import SteppabilityModel
+from quadpips_drake.perception.steppability.network import SteppabilityNetwork
+from quadpips_drake.perception.steppability.steppability_segmenter_system import SteppabilitySegmenter
 from quadpips_drake.robots.robot_model import load_robot
 from tests.learning.small import SMALL
 

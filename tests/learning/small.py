@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from quadpips_drake.learning.dataset_config import DatasetConfig
-from quadpips_drake.learning.network import NetworkConfig
 from quadpips_drake.learning.training import TrainingConfig
+from quadpips_drake.perception.steppability.network import NetworkConfig
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
 
 CAMERA = DepthCameraConfig(width=64, height=48)

@@ -2,7 +2,7 @@
 
 from quadpips_drake.diagrams.perception_module import make_perception_module
 from quadpips_drake.perception.config import PerceptionConfig
-from quadpips_drake.perception.steppability_config import SteppabilityConfig
+from quadpips_drake.perception.steppability.steppability_config import SteppabilityConfig
 from quadpips_drake.robots.robot_model import load_robot
 from tests.learning.small import SMALL
 

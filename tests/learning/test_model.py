@@ -8,9 +8,9 @@ import pytest
 import torch
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.learning.features import CHANNELS
-from quadpips_drake.learning.model import CARD, WEIGHTS, SteppabilityModel, load_model, save_model
-from quadpips_drake.learning.network import NetworkConfig, SteppabilityNetwork
+from quadpips_drake.perception.steppability.features import CHANNELS
+from quadpips_drake.perception.steppability.model import CARD, WEIGHTS, SteppabilityModel, load_model, save_model
+from quadpips_drake.perception.steppability.network import NetworkConfig, SteppabilityNetwork
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
 from tests.learning.small import DOWN_C, NETWORK, SMALL, floor_depth
 

@@ -6,7 +6,7 @@ import pytest
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.learning import primitives
 from quadpips_drake.learning.primitives import SIZE_RANGES, LabelPolicy, make_shape, sample_size
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.values.steppability import Steppability
 
 POLICY = LabelPolicy()
 S, P, N = Steppability.STEPPABLE, Steppability.PASSABLE, Steppability.NON_PASSABLE

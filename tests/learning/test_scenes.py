@@ -7,7 +7,7 @@ from quadpips_drake.learning.camera_path import CameraPathConfig, camera_poses, 
 from quadpips_drake.learning.primitives import LabelPolicy
 from quadpips_drake.learning.scenes import SCENE_KINDS, make_scene_of_kind
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.values.steppability import Steppability
 
 
 @pytest.mark.parametrize("kind", SCENE_KINDS)

@@ -12,13 +12,13 @@ from pydrake.systems.primitives import ConstantValueSource
 from pydrake.systems.sensors import ImageDepth32F
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.learning.model import SteppabilityModel
-from quadpips_drake.learning.network import SteppabilityNetwork
-from quadpips_drake.learning.steppability_segmenter_system import SteppabilitySegmenter
-from quadpips_drake.perception.steppability_config import SteppabilityConfig
-from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
+from quadpips_drake.perception.steppability.model import SteppabilityModel
+from quadpips_drake.perception.steppability.network import SteppabilityNetwork
+from quadpips_drake.perception.steppability.steppability_config import SteppabilityConfig
+from quadpips_drake.perception.steppability.steppability_segmenter_system import SteppabilitySegmenter
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.values.robot_state import RobotState
 from tests.learning.small import NETWORK, SMALL, floor_depth
 
 
@@ -34,7 +34,7 @@ def simulate(model, image, until, config=None, state=None):
     segmenter = builder.AddSystem(
         SteppabilitySegmenter(load_robot("anymal_c").camera().X_BC, SMALL, config, model=model, timings=timings)
     )
-    for name, value in (("depth_image", image), ("robot_state", state or empty_robot_state())):
+    for name, value in (("depth_image", image), ("robot_state", state or RobotState.empty())):
         source = builder.AddSystem(ConstantValueSource(AbstractValue.Make(value)))
         builder.Connect(source.get_output_port(), segmenter.GetInputPort(name))
     diagram = builder.Build()
@@ -55,7 +55,7 @@ def test_five_label_images_a_second(model):
     labels, runs = simulate(model, depth_image(floor_depth()), 0.95)
     assert labels.labels.shape == (48, 64)
     assert runs == 5
-    assert labels.stamp == empty_robot_state().stamp  # the time of the image, not of the reading
+    assert labels.stamp == RobotState.empty().stamp  # the time of the image, not of the reading
 
 
 @pytest.mark.parametrize("latency", [0.0, 0.05])
@@ -76,7 +76,7 @@ def test_labels_belong_to_the_image_that_they_were_made_for(model):
     )
     simulator = Simulator(segmenter)
     context = simulator.get_mutable_context()
-    segmenter.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(empty_robot_state()))
+    segmenter.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(RobotState.empty()))
     for depth, until in ((0.5, 0.05), (0.7, 0.15)):
         image = depth_image(np.full((48, 64), depth))
         segmenter.GetInputPort("depth_image").FixValue(context, AbstractValue.Make(image))
@@ -114,7 +114,7 @@ def test_an_empty_image_gives_no_labels(model):
     "position, known", [(np.full(3, np.nan), False), (np.full(3, np.inf), False), (np.full(3, 1e9), True)]
 )
 def test_poses_that_are_not_numbers_give_no_labels(model, position, known):
-    state = replace(empty_robot_state(), p_WB=position)
+    state = replace(RobotState.empty(), p_WB=position)
     labels, _ = simulate(model, depth_image(floor_depth()), 0.1, state=state)
     assert labels.labels.any() == known
 

@@ -9,11 +9,11 @@ import torch
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.learning.dataset import join_frames, load_split
 from quadpips_drake.learning.evaluation import REPORT, WORST_PICTURE, frame_errors, save_report, score
-from quadpips_drake.learning.features import CHANNELS
 from quadpips_drake.learning.metrics import class_iou, class_recall, confusion_matrix, mean_iou
-from quadpips_drake.learning.model import load_model
 from quadpips_drake.learning.training import CHECKPOINT, Trainer, TrainingConfig, make_batch, segmentation_loss
 from quadpips_drake.learning.training_curves import save_curves
+from quadpips_drake.perception.steppability.features import CHANNELS
+from quadpips_drake.perception.steppability.model import load_model
 from tests.learning.small import TRAINING
 
 

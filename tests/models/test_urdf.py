@@ -6,8 +6,8 @@ from pydrake.geometry import Role, SceneGraph, Sphere
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
-from quadpips_drake.robots.legs import Leg
 from quadpips_drake.robots.robot_model import JOINT_NAMES, LINK_NAMES, load_robot, robot_names
+from quadpips_drake.values.legs import Leg
 
 MASSES = {
     "anymal_c": {"base": 26.3732, "HIP": 2.7810, "THIGH": 3.0710, "SHANK": 0.58842},

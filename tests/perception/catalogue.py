@@ -2,11 +2,11 @@
 
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.perception.legged_egocan_system import LeggedEgocan
-from quadpips_drake.perception.normal_estimator_system import NormalEstimator
-from quadpips_drake.perception.oracle_regions_system import OracleRegions
-from quadpips_drake.perception.region_extractor_system import RegionExtractor
-from quadpips_drake.perception.superpixel_segmenter_system import SuperpixelSegmenter
+from quadpips_drake.perception.egocan.legged_egocan_system import LeggedEgocan
+from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
+from quadpips_drake.perception.regions.oracle_regions_system import OracleRegions
+from quadpips_drake.perception.regions.region_extractor_system import RegionExtractor
+from quadpips_drake.perception.superpixels.superpixel_segmenter_system import SuperpixelSegmenter
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from tests.perception.scenes import SMALL

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from quadpips_drake.perception.egocan import begin_memory, draw_egocan, update_memory
-from quadpips_drake.perception.images import AffordanceImage
-from quadpips_drake.perception.normals import clean_depth, estimate_normals
-from quadpips_drake.perception.region_extraction import extract_regions
-from quadpips_drake.perception.superpixels import segment_superpixels
-from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.perception.egocan.egocan import begin_memory, draw_egocan, update_memory
+from quadpips_drake.perception.normals.normals import clean_depth, estimate_normals
+from quadpips_drake.perception.regions.region_extraction import extract_regions
+from quadpips_drake.perception.superpixels.superpixels import segment_superpixels
+from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.images import AffordanceImage
 
 FOOT_RADIUS = 0.03
 FEET = np.array([[0.36, 0.26, 0.0], [0.36, -0.26, 0.0], [-0.36, 0.26, 0.0], [-0.36, -0.26, 0.0]])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.values.steppability import Steppability
 
 
 def points_of(can):

@@ -9,18 +9,18 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.sensors import ImageDepth32F
 
 from quadpips_drake.diagrams.perception_module import make_perception_module
+from quadpips_drake.math.polygons import area_and_centroid
 from quadpips_drake.perception.config import PerceptionConfig
-from quadpips_drake.perception.egocan import EgocanConfig
-from quadpips_drake.perception.ground_memory import GroundMemoryConfig
-from quadpips_drake.perception.images import LabelImage
-from quadpips_drake.perception.normal_estimator_system import NormalEstimator
-from quadpips_drake.perception.polygons import area_and_centroid
-from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
+from quadpips_drake.perception.egocan.egocan import EgocanConfig
+from quadpips_drake.perception.egocan.ground_memory import GroundMemoryConfig
+from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
 from quadpips_drake.sensing.depth_noise_system import DepthNoise
 from quadpips_drake.sensing.self_filter import SelfFilterConfig
 from quadpips_drake.sensing.self_filter_system import SelfFilter
+from quadpips_drake.values.images import LabelImage
+from quadpips_drake.values.robot_state import RobotState
 from tests.perception.scenes import SMALL, Scene, base_pose
 
 ROBOT = load_robot("anymal_c")
@@ -34,7 +34,7 @@ SHAPE = (SMALL.height, SMALL.width)
 def state_at(k=0, **changes):
     X_WB = base_pose(x=0.02 * k, height=ROBOT.nominal_base_height)
     state = dataclasses.replace(
-        empty_robot_state(), stamp=k / 30.0, p_WB=X_WB[:3, 3], joint_positions=np.array(ROBOT.nominal_joints)
+        RobotState.empty(), stamp=k / 30.0, p_WB=X_WB[:3, 3], joint_positions=np.array(ROBOT.nominal_joints)
     )
     return dataclasses.replace(state, **changes)
 

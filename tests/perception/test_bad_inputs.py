@@ -9,11 +9,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from quadpips_drake.perception.config import PerceptionConfig
-from quadpips_drake.perception.egocan import draw_egocan
-from quadpips_drake.perception.images import EgocanImage
-from quadpips_drake.perception.region_extractor_system import RegionExtractor
-from quadpips_drake.perception.superpixel_segmenter_system import SuperpixelSegmenter
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.perception.egocan.egocan import draw_egocan
+from quadpips_drake.perception.regions.region_extractor_system import RegionExtractor
+from quadpips_drake.perception.superpixels.superpixel_segmenter_system import SuperpixelSegmenter
+from quadpips_drake.values.images import EgocanImage
+from quadpips_drake.values.steppability import Steppability
 from tests.perception.scenes import FOOT_RADIUS, Scene, base_pose, look
 
 CONFIG = PerceptionConfig()

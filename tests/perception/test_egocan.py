@@ -6,9 +6,9 @@ from scipy.spatial import cKDTree
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception.config import PerceptionConfig
-from quadpips_drake.perception.egocan import EgocanConfig, begin_memory, draw_egocan, egocan_frame, update_memory
-from quadpips_drake.perception.images import AffordanceImage
-from quadpips_drake.perception.superpixels import cap_points
+from quadpips_drake.perception.egocan.egocan import EgocanConfig, begin_memory, draw_egocan, egocan_frame, update_memory
+from quadpips_drake.perception.superpixels.superpixels import cap_points
+from quadpips_drake.values.images import AffordanceImage
 from tests.perception.scenes import (
     FEET,
     INTRINSICS,

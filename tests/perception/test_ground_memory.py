@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception import view_kernels as views
 from quadpips_drake.perception.config import PerceptionConfig
-from quadpips_drake.perception.egocan import update_memory
-from quadpips_drake.perception.ground_memory import GroundMemoryConfig, scroll_to
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.perception.egocan import view_kernels as views
+from quadpips_drake.perception.egocan.egocan import update_memory
+from quadpips_drake.perception.egocan.ground_memory import GroundMemoryConfig, scroll_to
+from quadpips_drake.values.steppability import Steppability
 from tests.perception.scenes import MEDIUM, Scene, affordance, base_pose, camera_mount, look, stepping_stones, walking_poses
 
 CONFIG = PerceptionConfig()

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from quadpips_drake.perception.images import LabelImage
-from quadpips_drake.perception.label_transfer import transfer_labels
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.perception.normals.label_transfer import transfer_labels
 from quadpips_drake.terrain.terrain import pose
+from quadpips_drake.values.images import LabelImage
+from quadpips_drake.values.steppability import Steppability
 from tests.perception.scenes import SMALL, Scene
 
 LOOKING_DOWN = np.diag([1.0, -1.0, -1.0, 1.0])

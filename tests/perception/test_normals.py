@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.normals import NormalConfig, estimate_normals
+from quadpips_drake.perception.normals.normals import NormalConfig, estimate_normals
 from tests.perception.scenes import INTRINSICS, MEDIUM, SMALL, Scene, base_pose, camera_mount, stepping_stones
 
 

@@ -3,11 +3,11 @@ import pytest
 import shapely
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.oracle_regions import OracleRegionConfig, nearby_regions, regions_from_terrain
+from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig, nearby_regions, regions_from_terrain
 from quadpips_drake.terrain.library import load_terrain
-from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.terrain import Box, Terrain, pose
 from quadpips_drake.terrain.truth import GroundTruth
+from quadpips_drake.values.steppability import Steppability
 from tests.perception.scenes import FOOT_RADIUS, corners_in_world
 
 

@@ -3,13 +3,13 @@ import pytest
 
 from quadpips_drake.benchmark.perception_scores import PerceptionSample, PerceptionScorer
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.images import EgocanImage
-from quadpips_drake.perception.oracle_regions import OracleRegionConfig, regions_from_terrain
-from quadpips_drake.perception.regions import RegionSet
-from quadpips_drake.perception.superpixels import SuperpixelConfig
-from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
-from quadpips_drake.sensing.pose_drift import PoseDriftConfig, drift_state, drifted_world
+from quadpips_drake.estimation.pose_drift import PoseDriftConfig, drift_state, drifted_world
+from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig, regions_from_terrain
+from quadpips_drake.perception.superpixels.superpixels import SuperpixelConfig
 from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.values.images import EgocanImage
+from quadpips_drake.values.regions import RegionSet
+from quadpips_drake.values.robot_state import RobotState
 from tests.perception.scenes import FOOT_RADIUS, SMALL
 
 
@@ -44,7 +44,7 @@ def test_nothing_counts_as_steppable_before_it_is_seen():
 
 
 def test_drift_is_one_rigid_motion_for_the_whole_state():
-    state, config = empty_robot_state(), PoseDriftConfig(0.01, 0.005, 0.02)
+    state, config = RobotState.empty(), PoseDriftConfig(0.01, 0.005, 0.02)
     X_WO = drifted_world(2.0, 7, config)
     drifted = drift_state(state, X_WO)
     np.testing.assert_allclose(X_WO[:3, :3] @ drifted.R_WB, state.R_WB, atol=1e-12)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import shapely
 
-from quadpips_drake.perception.images import SuperpixelImage
-from quadpips_drake.perception.region_extraction import RegionConfig, extract_regions
+from quadpips_drake.perception.regions.region_extraction import RegionConfig, extract_regions
+from quadpips_drake.values.images import SuperpixelImage
 from tests.perception.region_reference import void_on_plane
 from tests.perception.scenes import FOOT_RADIUS
 

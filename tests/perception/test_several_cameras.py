@@ -11,14 +11,14 @@ from quadpips_drake.diagrams.perception_module import make_perception_module
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception.config import PerceptionConfig
-from quadpips_drake.perception.egocan import EgocanConfig, begin_memory, update_memory
-from quadpips_drake.perception.ground_memory import GroundMemoryConfig
-from quadpips_drake.perception.images import AffordanceImage
+from quadpips_drake.perception.egocan.egocan import EgocanConfig, begin_memory, update_memory
+from quadpips_drake.perception.egocan.ground_memory import GroundMemoryConfig
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.truth import GroundTruth
+from quadpips_drake.values.images import AffordanceImage
 from tests.perception.scenes import FEET, MEDIUM, Scene, affordance, base_pose
 
 ALL_AROUND = ["left", "right", "rear"]

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from quadpips_drake.perception import superpixel_kernels as kernels
-from quadpips_drake.perception.images import EgocanImage
-from quadpips_drake.perception.superpixels import SuperpixelConfig, cap_points, healthy_pixels
+from quadpips_drake.perception.superpixels import superpixel_kernels as kernels
+from quadpips_drake.perception.superpixels.superpixels import SuperpixelConfig, cap_points, healthy_pixels
+from quadpips_drake.values.images import EgocanImage
 from tests.perception import superpixel_reference as reference
 
 CONFIG = SuperpixelConfig()

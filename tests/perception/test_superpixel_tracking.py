@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from quadpips_drake.perception.config import PerceptionConfig
-from quadpips_drake.perception.egocan import draw_egocan
-from quadpips_drake.perception.images import EgocanImage
-from quadpips_drake.perception.superpixel_tracking import MAX_WANDER, propagate_clusters
-from quadpips_drake.perception.superpixels import segment_superpixels
+from quadpips_drake.perception.egocan.egocan import draw_egocan
+from quadpips_drake.perception.superpixels.superpixel_tracking import MAX_WANDER, propagate_clusters
+from quadpips_drake.perception.superpixels.superpixels import segment_superpixels
+from quadpips_drake.values.images import EgocanImage
 from tests.perception.scenes import Scene, base_pose, look, stepping_stones, walking_poses
 
 CONFIG = PerceptionConfig()

@@ -6,12 +6,12 @@ import shapely
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception.config import PerceptionConfig
-from quadpips_drake.perception.egocan import EgocanMemory, draw_egocan, update_memory
-from quadpips_drake.perception.images import EgocanImage
-from quadpips_drake.perception.pictures import save_perception_picture
-from quadpips_drake.perception.region_extraction import RegionConfig, extract_regions
-from quadpips_drake.perception.superpixels import SuperpixelConfig, segment_superpixels
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.perception.egocan.egocan import EgocanMemory, draw_egocan, update_memory
+from quadpips_drake.perception.regions.region_extraction import RegionConfig, extract_regions
+from quadpips_drake.perception.superpixels.superpixels import SuperpixelConfig, segment_superpixels
+from quadpips_drake.values.images import EgocanImage
+from quadpips_drake.values.steppability import Steppability
+from quadpips_drake.visualization.perception_picture import save_perception_picture
 from tests.perception.scenes import (
     FOOT_RADIUS,
     INTRINSICS,

@@ -11,17 +11,17 @@ from pydrake.systems.sensors import ImageDepth32F
 
 from quadpips_drake.diagrams.perception_module import make_perception_module
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
-from quadpips_drake.perception.images import LabelImage
-from quadpips_drake.perception.normal_estimator_system import NormalEstimator
-from quadpips_drake.perception.oracle_regions_system import OracleRegions
-from quadpips_drake.perception.regions import RegionSet
-from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
+from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
+from quadpips_drake.perception.regions.oracle_regions_system import OracleRegions
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
 from quadpips_drake.terrain.library import load_terrain
-from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.values.images import LabelImage
+from quadpips_drake.values.regions import RegionSet
+from quadpips_drake.values.robot_state import RobotState
+from quadpips_drake.values.steppability import Steppability
 from tests.perception.scenes import SMALL, Scene, base_pose, corners_in_world
 
 STATION = StationConfig(camera=DepthCameraConfig(width=320, height=240))
@@ -32,7 +32,7 @@ def states_and_images(robot, frames, spoil=lambda k, depth: depth):
     for k in range(frames):
         X_WB = base_pose(x=0.02 * k, height=robot.nominal_base_height)
         state = dataclasses.replace(
-            empty_robot_state(), stamp=k / 30.0, p_WB=X_WB[:3, 3], joint_positions=robot.nominal_joints
+            RobotState.empty(), stamp=k / 30.0, p_WB=X_WB[:3, 3], joint_positions=robot.nominal_joints
         )
         image = ImageDepth32F(SMALL.width, SMALL.height)
         image.mutable_data[:, :, 0] = spoil(k, Scene([]).depth(X_WB @ robot.camera().X_BC, SMALL))
@@ -132,7 +132,7 @@ def test_oracle_and_perception_speak_the_same_port_type():
     system = OracleRegions(load_terrain("flat"), robot.foot_radius)
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
-    system.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(empty_robot_state()))
+    system.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(RobotState.empty()))
     simulator.AdvanceTo(0.1)
     result = system.GetOutputPort("region_set").Eval(context)
     assert isinstance(result, RegionSet) and len(result.regions) > 0

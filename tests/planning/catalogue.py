@@ -1,9 +1,9 @@
 """One instance of every LeafSystem of this stage, for the test that compares docstrings with ports."""
 
-from quadpips_drake.planning.foothold_planner_system import FootholdPlanner
-from quadpips_drake.planning.replan_monitor_system import ReplanMonitor
-from quadpips_drake.planning.torso_planner_system import TorsoPlanner
+from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
+from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.supervision.replan_monitor_system import ReplanMonitor
 
 
 def make_systems() -> list:

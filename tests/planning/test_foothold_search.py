@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.regions import RegionSet
-from quadpips_drake.planning.foothold_config import FootholdConfig
-from quadpips_drake.planning.foothold_search import search_footholds
+from quadpips_drake.gaits.swing_gaits import swing_gait
+from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
+from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.planning.start_stance import attach_feet, start_ground, with_region
-from quadpips_drake.planning.swing_gaits import swing_gait
-from quadpips_drake.planning.torso_search import TorsoConfig, search_torso_path
-from quadpips_drake.robots.legs import Leg
+from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.regions import RegionSet
 from tests.planning import worlds
 
 ROBOT = load_robot("anymal_c")

@@ -3,19 +3,19 @@
 import numpy as np
 import pytest
 
-from quadpips_drake.planning.foothold_config import FootholdConfig
-from quadpips_drake.planning.nominal_pose import base_pose_above, rotation_from_rpy, to_frame, wrap_angle
-from quadpips_drake.planning.region_table import foothold_near, make_region_table
-from quadpips_drake.planning.stance_transitions import (
+from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
+from quadpips_drake.planning.footholds.stance_transitions import (
     cost_rate,
     distance_to_go,
     make_transition_model,
     pose_of_stance_legs,
     support_distance,
 )
-from quadpips_drake.robots.legs import Leg
+from quadpips_drake.planning.nominal_pose import base_pose_above, rotation_from_rpy, to_frame, wrap_angle
+from quadpips_drake.planning.region_table import foothold_near, make_region_table
 from quadpips_drake.robots.reachability import in_leg_workspace, inside_superquadric, leg_chains
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.values.legs import Leg
 from tests.planning import worlds
 
 

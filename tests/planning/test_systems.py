@@ -8,15 +8,16 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.regions import RegionSet
-from quadpips_drake.planning.foothold_planner_system import FootholdPlanner
-from quadpips_drake.planning.plans import PlanRequest, StageStatus
-from quadpips_drake.planning.replan_monitor_system import ReplanMonitor
-from quadpips_drake.planning.torso_planner_system import TorsoPlanner
+from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
+from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.robots.safety_status import SafetyStatus
+from quadpips_drake.supervision.replan_monitor_system import ReplanMonitor
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trajectory.reference import ContactSchedule, WholeBodyReference
+from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.plans import PlanRequest, StageStatus
+from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.regions import RegionSet
+from quadpips_drake.values.safety_status import SafetyStatus
 from tests.planning import worlds
 
 ROBOT = load_robot("anymal_c")

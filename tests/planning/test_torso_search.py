@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.regions import RegionSet
-from quadpips_drake.planning.support_map import ground_penalty, make_support_map
-from quadpips_drake.planning.torso_search import TorsoConfig, search_torso_path
+from quadpips_drake.planning.torso.support_map import ground_penalty, make_support_map
+from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.terrain.steppability import Steppability
+from quadpips_drake.values.regions import RegionSet
+from quadpips_drake.values.steppability import Steppability
 from tests.planning import worlds
 
 ROBOT = load_robot("anymal_c")

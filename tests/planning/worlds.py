@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from quadpips_drake.perception.regions import PlanarRegion, RegionSet
-from quadpips_drake.planning.foothold_search import search_footholds
+from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.planning.nominal_pose import rotation_from_rpy
-from quadpips_drake.planning.torso_search import search_torso_path
-from quadpips_drake.robots.robot_state import RobotState
+from quadpips_drake.planning.torso.torso_search import search_torso_path
+from quadpips_drake.values.regions import PlanarRegion, RegionSet
+from quadpips_drake.values.robot_state import RobotState
 
 
 def patch(region_id, x, y, size_x, size_y, z=0.0, margin=0.04, slope=0.0, label=0):

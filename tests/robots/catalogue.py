@@ -2,10 +2,10 @@
 
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.robots.contact_sensing import ContactGeometries
-from quadpips_drake.robots.oracle_state_estimator import OracleStateEstimator
-from quadpips_drake.robots.push_system import PushSource
+from quadpips_drake.estimation.oracle_state_estimator_system import OracleStateEstimator
+from quadpips_drake.faults.push_system import PushSource
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.sensing.contact_sensing import ContactGeometries
 
 
 def make_systems() -> list[LeafSystem]:

@@ -7,9 +7,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.legs import Leg
 from quadpips_drake.robots.robot_description import CameraDescription, RobotDescription
 from quadpips_drake.robots.robot_model import load_robot, robot_names
+from quadpips_drake.values.legs import Leg
 
 
 @pytest.fixture(scope="module", params=robot_names())

@@ -3,13 +3,13 @@
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import LeafSystem
 
+from quadpips_drake.estimation.drifting_state_estimator_system import DriftingStateEstimator
+from quadpips_drake.estimation.pose_drift import PoseDriftConfig
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
 from quadpips_drake.sensing.depth_noise_system import DepthNoise
 from quadpips_drake.sensing.imu_system import Imu, ImuConfig
-from quadpips_drake.sensing.pose_drift import PoseDriftConfig
-from quadpips_drake.sensing.pose_drift_system import DriftingStateEstimator
 from quadpips_drake.sensing.self_filter import SelfFilterConfig
 from quadpips_drake.sensing.self_filter_system import SelfFilter
 

@@ -9,14 +9,14 @@ from pydrake.systems.sensors import ImageDepth32F
 
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.legs import Leg
-from quadpips_drake.robots.oracle_state_estimator import empty_robot_state
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.sensing.robot_shapes import load_robot_shapes
 from quadpips_drake.sensing.self_filter import SelfFilterConfig, find_own_body
 from quadpips_drake.sensing.self_filter_system import SelfFilter
 from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.robot_state import RobotState
 
 
 class View:
@@ -148,7 +148,7 @@ def test_system_blanks_and_passes_on():
 
 
 def nominal_state(robot):
-    state = empty_robot_state()
+    state = RobotState.empty()
     fields = {**vars(state), "joint_positions": robot.nominal_joints}
     return type(state)(**fields)
 

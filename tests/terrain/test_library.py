@@ -6,10 +6,10 @@ import pytest
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.terrain import library
 from quadpips_drake.terrain.library import load_terrain, terrain_names
-from quadpips_drake.terrain.picture import save_terrain_picture
 from quadpips_drake.terrain.placement import check_start_and_goal
 from quadpips_drake.terrain.terrain import Box, Terrain, pose
 from quadpips_drake.terrain.truth import GroundTruth
+from quadpips_drake.visualization.terrain_picture import save_terrain_picture
 
 
 @pytest.mark.parametrize("name", terrain_names())

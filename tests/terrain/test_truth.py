@@ -7,9 +7,9 @@ from pydrake.systems.framework import DiagramBuilder
 
 from quadpips_drake.terrain.library import load_terrain, stairs, stepping_stones
 from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
-from quadpips_drake.terrain.steppability import Steppability
 from quadpips_drake.terrain.terrain import Box, Cylinder, Mesh, Terrain, pose
 from quadpips_drake.terrain.truth import GroundTruth
+from quadpips_drake.values.steppability import Steppability
 
 OCTAHEDRON = (
     [[0.3, 0, 0], [-0.3, 0, 0], [0, 0.3, 0], [0, -0.3, 0], [0, 0, 0.2], [0, 0, -0.2]],

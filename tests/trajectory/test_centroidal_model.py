@@ -8,8 +8,8 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.robots.robot_state import RobotState
-from quadpips_drake.trajectory.centroidal_model import GRAVITY, CentroidalModel
+from quadpips_drake.trajectory.centroidal.centroidal_model import GRAVITY, CentroidalModel
+from quadpips_drake.values.robot_state import RobotState
 
 
 def random_points(model, count, seed=0):

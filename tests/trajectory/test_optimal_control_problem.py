@@ -5,9 +5,9 @@ import pytest
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.trajectory.centroidal_model import CentroidalModel
-from quadpips_drake.trajectory.optimal_control_problem import OcpConfig, OptimalControlProblem, shift_guess
-from quadpips_drake.trajectory.tracking_task import TrackingTask
+from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
+from quadpips_drake.trajectory.ocp.optimal_control_problem import OcpConfig, OptimalControlProblem, shift_guess
+from quadpips_drake.trajectory.ocp.tracking_task import TrackingTask
 from tests.trajectory.walking import trot_task
 
 NUM_KNOTS = 20

@@ -8,15 +8,15 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.regions import PlanarRegion
-from quadpips_drake.planning.plans import FootholdPlan, Stance
-from quadpips_drake.robots.legs import Leg
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trajectory.ground_profile import region_halfspaces
-from quadpips_drake.trajectory.swing_optimizer import SwingOptimizer, SwingOptimizerConfig
-from quadpips_drake.trajectory.swing_optimizer_system import SwingTrajectoryOptimizer
-from quadpips_drake.trajectory.target_configuration import TargetConfig, find_target, foot_centers
+from quadpips_drake.trajectory.swing.ground_profile import region_halfspaces
+from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer, SwingOptimizerConfig
+from quadpips_drake.trajectory.swing.swing_optimizer_system import SwingTrajectoryOptimizer
+from quadpips_drake.trajectory.swing.target_configuration import TargetConfig, find_target, foot_centers
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.plans import FootholdPlan, Stance
+from quadpips_drake.values.regions import PlanarRegion
 from tests.trajectory.walking import robot_state_of, uneven_plan
 
 STEPS = {"anymal_c": 0.2, "go2": 0.12}

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.regions import PlanarRegion
-from quadpips_drake.trajectory.ground_profile import ground_profile
-from quadpips_drake.trajectory.swing_trajectory import SwingConfig, SwingSpline
+from quadpips_drake.trajectory.swing.ground_profile import ground_profile
+from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig, SwingSpline
+from quadpips_drake.values.regions import PlanarRegion
 
 P0, P1 = np.array([0.1, 0.2, 0.03]), np.array([0.45, 0.15, 0.13])
 UP = np.array([0.0, 0.0, 1.0])

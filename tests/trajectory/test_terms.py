@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.trajectory.centroidal_derivatives import knot_derivatives
-from quadpips_drake.trajectory.centroidal_model import CentroidalModel
-from quadpips_drake.trajectory.projection import orthogonal_basis, project_inputs
-from quadpips_drake.trajectory.terms.foothold_region import add_foothold_region
-from quadpips_drake.trajectory.terms.friction_cone import friction_pyramid, surface_frame
-from quadpips_drake.trajectory.terms.joint_limits import add_box_limits, add_torque_limits
-from quadpips_drake.trajectory.terms.relaxed_barrier import relaxed_barrier
-from quadpips_drake.trajectory.terms.stance_foot import stance_foot
-from quadpips_drake.trajectory.terms.swing_foot import swing_foot
-from quadpips_drake.trajectory.terms.terminal_cost import regulator_cost, turned_to_yaw
-from quadpips_drake.trajectory.terms.tracking_cost import add_foot_tracking, add_tracking
+from quadpips_drake.trajectory.centroidal.centroidal_derivatives import knot_derivatives
+from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
+from quadpips_drake.trajectory.ocp.projection import orthogonal_basis, project_inputs
+from quadpips_drake.trajectory.ocp.terms.foothold_region import add_foothold_region
+from quadpips_drake.trajectory.ocp.terms.friction_cone import friction_pyramid, surface_frame
+from quadpips_drake.trajectory.ocp.terms.joint_limits import add_box_limits, add_torque_limits
+from quadpips_drake.trajectory.ocp.terms.relaxed_barrier import relaxed_barrier
+from quadpips_drake.trajectory.ocp.terms.stance_foot import stance_foot
+from quadpips_drake.trajectory.ocp.terms.swing_foot import swing_foot
+from quadpips_drake.trajectory.ocp.terms.terminal_cost import regulator_cost, turned_to_yaw
+from quadpips_drake.trajectory.ocp.terms.tracking_cost import add_foot_tracking, add_tracking
 from tests.trajectory.test_centroidal_model import random_points
 from tests.trajectory.walking import central_difference
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from quadpips_drake.planning.plans import FootholdPlan, Stance
-from quadpips_drake.robots.legs import Leg
-from quadpips_drake.robots.robot_state import RobotState
-from quadpips_drake.trajectory.swing_trajectory import SwingSpline
-from quadpips_drake.trajectory.tracking_task import TrackingTask
+from quadpips_drake.trajectory.ocp.tracking_task import TrackingTask
+from quadpips_drake.trajectory.swing.swing_trajectory import SwingSpline
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.plans import FootholdPlan, Stance
+from quadpips_drake.values.robot_state import RobotState
 
 DIAGONALS = (Leg.RF, Leg.LH), (Leg.LF, Leg.RH)
 

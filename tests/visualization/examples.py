@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from quadpips_drake.perception.images import AffordanceImage
-from quadpips_drake.perception.regions import PlanarRegion, RegionSet
-from quadpips_drake.planning.plans import FootholdPlan, Stance
-from quadpips_drake.robots.legs import Leg
-from quadpips_drake.sensing.camera_intrinsics import CameraIntrinsics
-from quadpips_drake.trajectory.reference import ContactSchedule, FootholdTarget, WholeBodyReference
+from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.images import AffordanceImage
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.plans import FootholdPlan, Stance
+from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
+from quadpips_drake.values.regions import PlanarRegion, RegionSet
 
 SQUARE = np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]])
 UP = np.array([0.0, 0.0, 1.0])

@@ -1,0 +1,13 @@
+"""``quadpips evaluate ...``: scores against the truth; one command for each thing that is scored."""
+
+import typer
+
+from quadpips_drake.cli.evaluation import evaluate_network, evaluate_perception, evaluate_tracking
+
+app = typer.Typer(
+    no_args_is_help=True, help="Score perception and the steppability network against the truth, and study walking."
+)
+app.command("perception", epilog=evaluate_perception.EPILOG)(evaluate_perception.perception)
+app.command("network", epilog=evaluate_network.EPILOG)(evaluate_network.network)
+app.command("gaits", epilog=evaluate_tracking.EPILOG_GAITS)(evaluate_tracking.gaits)
+app.command("robustness", epilog=evaluate_tracking.EPILOG_ROBUSTNESS)(evaluate_tracking.robustness)

@@ -1,0 +1,103 @@
+"""What the MPC looks at: the reference and the contacts on its time grid."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.immutable import ImmutableValue
+from quadpips_drake.values.legs import NUM_LEGS, Leg
+from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.robot_state import RobotState
+
+GRAVITY = 9.81
+_EARLY_PHASE = 0.6
+"""From this part of a swing on a touch counts as touch-down [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class StandingPose(ImmutableValue):
+    """A stance to be kept while there is no reference; latched once, so that it does not drift with the robot."""
+
+    p_WB: np.ndarray
+    """Base position [m], (3,)."""
+    rpy_WB: np.ndarray
+    """[rad], (3,)."""
+
+
+def standing_pose(state: RobotState, robot) -> StandingPose:
+    """The nominal base pose above the present feet: centred, at nominal height, inclined half as much as their plane.
+
+    Feet in the air are taken for where they will find the ground: as low as those that touch it, or as the lowest one.
+    """
+    feet = state.p_WB + robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
+    ground = feet[state.contacts, 2].mean() if state.contacts.any() else feet[:, 2].min()
+    feet[~state.contacts, 2] = ground
+    yaw = float(state.rpy_WB[2])
+    c, s = np.cos(yaw), np.sin(yaw)
+    heading = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    feet_H = feet @ heading  # seen in the heading frame, where nominal footholds are comparable
+    nominal = robot.nominal_footholds_B
+    fore, hind = feet_H[[Leg.LF, Leg.RF]].mean(axis=0), feet_H[[Leg.LH, Leg.RH]].mean(axis=0)
+    left, right = feet_H[[Leg.LF, Leg.LH]].mean(axis=0), feet_H[[Leg.RF, Leg.RH]].mean(axis=0)
+    pitch = -0.5 * np.arctan2(fore[2] - hind[2], fore[0] - hind[0])
+    roll = 0.5 * np.arctan2(left[2] - right[2], left[1] - right[1])
+    p_WB = heading @ (feet_H.mean(axis=0) - nominal.mean(axis=0))
+    return StandingPose(p_WB, np.array([roll, pitch, yaw]))
+
+
+def standing_samples(pose: StandingPose, robot, intervals: int) -> tuple[np.ndarray, np.ndarray]:
+    """Reference states (N + 1, 24) and inputs (N, 24) of keeping ``pose``."""
+    state = np.zeros(24)
+    state[6:9], state[9:12], state[12:] = pose.p_WB, pose.rpy_WB, robot.nominal_joints
+    return np.tile(state, (intervals + 1, 1)), weight_bearing_inputs(np.ones((intervals, NUM_LEGS), dtype=bool), robot.mass)
+
+
+def weight_bearing_inputs(stance: np.ndarray, mass: float) -> np.ndarray:
+    """Inputs (N, 24) in which the stance feet, bool (N, 4), share the weight and no joint moves."""
+    inputs = np.zeros((len(stance), 24))
+    inputs[:, 2 : 3 * NUM_LEGS : 3] = stance * (mass * GRAVITY / np.maximum(stance.sum(axis=1), 1))[:, None]
+    return inputs
+
+
+def interpolated(times: np.ndarray, knots: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """``values`` (m, n), given at ``knots``, at ``times``: linear in between, constant outside."""
+    right = np.clip(np.searchsorted(knots, times, side="right"), 1, len(knots) - 1)
+    part = np.clip((times - knots[right - 1]) / (knots[right] - knots[right - 1]), 0.0, 1.0)[:, None]
+    return (1.0 - part) * values[right - 1] + part * values[right]
+
+
+def sampled_states(reference: WholeBodyReference, times: np.ndarray, yaw: float) -> np.ndarray:
+    """Reference states at ``times`` (n, 24), linear in between, at rest outside; yaw continued from the present ``yaw``."""
+    states = interpolated(times, reference.times, reference.states)
+    outside = (times < reference.times[0]) | (times > reference.end_time)
+    states[outside, :6] = 0.0
+    states[:, 11] += 2.0 * np.pi * np.round((yaw - states[0, 11]) / (2.0 * np.pi))
+    return states
+
+
+def interval_stance(schedule: ContactSchedule, times: np.ndarray) -> np.ndarray:
+    """Stance flags of each interval of ``times``, taken at its middle, bool (N, 4)."""
+    middle = 0.5 * (times[:-1] + times[1:])
+    return schedule.stance[np.searchsorted(schedule.event_times, middle, side="right")]
+
+
+def with_early_contacts(stance: np.ndarray, times: np.ndarray, contacts: np.ndarray, swings: tuple) -> np.ndarray:
+    """The planned stance flags (N, 4), where a foot that touched the ground late in its swing bears load from now on.
+
+    The opposite, a foot that is late, stays planned as in stance on purpose: a plan without its force lets the robot sink at
+    the very moment when the foot finds the ground.
+
+    Args:
+        contacts: feet that touch the ground, bool (4,).
+        swings: splines of each leg that end after ``times[0]``.
+    """
+    now = times[0]
+    middle = 0.5 * (times[:-1] + times[1:])
+    corrected = stance.copy()
+    for leg in np.flatnonzero(contacts):
+        for spline in swings[leg]:
+            early = spline.start_time + _EARLY_PHASE * (spline.end_time - spline.start_time)
+            if early < now < spline.end_time:
+                corrected[middle < spline.end_time, leg] = True
+    return corrected

@@ -1,0 +1,137 @@
+"""What whole-body control aims at: base acceleration, forces, joint set points; small formulas, compiled where it counts."""
+
+import numpy as np
+from numba import njit
+
+from quadpips_drake.control.whole_body.contact_logic import FootTargets
+from quadpips_drake.control.whole_body.robot_dynamics import DynamicsTerms
+from quadpips_drake.math.small_algebra import inverse_3x3, roll_pitch_yaw_rotation
+from quadpips_drake.values.legs import NUM_LEGS
+from quadpips_drake.values.mpc_policy import PolicySample
+from quadpips_drake.values.robot_state import RobotState
+
+_MAX_JOINT_STEP = 0.3
+"""Largest distance of joint set points from the measured joints [rad]."""
+
+
+@njit(cache=True)
+def rotation_matrix(rpy):
+    """R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
+    return roll_pitch_yaw_rotation(rpy)[0]
+
+
+@njit(cache=True)
+def rotation_error(rpy_desired, R_WB):
+    """Small rotation in W that turns ``R_WB`` into the desired attitude [rad], (3,)."""
+    desired = rotation_matrix(rpy_desired)
+    R = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            R[i, j] = desired[i, 0] * R_WB[j, 0] + desired[i, 1] * R_WB[j, 1] + desired[i, 2] * R_WB[j, 2]
+    # Twice the vector part of the quaternion: exact to third order, and finite for any error.
+    factor = 1.0 / np.sqrt(max(1.0 + R[0, 0] + R[1, 1] + R[2, 2], 1e-2))
+    return np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) * factor
+
+
+def base_acceleration(state: RobotState, sample: PolicySample, dynamics: DynamicsTerms, config) -> np.ndarray:
+    """[angular, linear] in W, (6,): what the policy's forces do to the robot with locked joints, plus PD about its pose."""
+    c = config
+    gains = c.base_linear_kp, c.base_linear_kd, c.base_angular_kp, c.base_angular_kd
+    wanted = _locked_acceleration(dynamics.mass_matrix, dynamics.bias, dynamics.foot_jacobian, sample.forces)
+    measured = state.p_WB, state.v_WB, np.ascontiguousarray(state.R_WB), state.w_WB
+    return _with_feedback(wanted, *measured, sample.p_WB, sample.v_WB, sample.rpy_WB, sample.w_WB, gains)
+
+
+@njit(cache=True)
+def _locked_acceleration(mass_matrix, bias, jacobian, forces):
+    """Acceleration of the robot with locked joints under the feet's ``forces`` (4, 3): [angular, linear], (6,)."""
+    wrench, matrix = np.empty(6), np.empty((6, 6))
+    for i in range(6):
+        wrench[i] = -bias[i]
+        for leg in range(NUM_LEGS):
+            for k in range(3):
+                wrench[i] += jacobian[3 * leg + k, i] * forces[leg, k]
+        for j in range(6):
+            matrix[i, j] = mass_matrix[i, j]
+    # Symmetric and positive definite: elimination without pivots.
+    for i in range(6):
+        for row in range(i + 1, 6):
+            factor = matrix[row, i] / matrix[i, i]
+            wrench[row] -= factor * wrench[i]
+            for j in range(i, 6):
+                matrix[row, j] -= factor * matrix[i, j]
+    for i in range(5, -1, -1):
+        for j in range(i + 1, 6):
+            wrench[i] -= matrix[i, j] * wrench[j]
+        wrench[i] /= matrix[i, i]
+    return wrench
+
+
+@njit(cache=True)
+def _with_feedback(wanted, p, v, R, w, p_d, v_d, rpy_d, w_d, gains):
+    error = rotation_error(rpy_d, R)
+    for i in range(3):
+        wanted[i] += gains[2] * error[i] + gains[3] * (w_d[i] - w[i])
+        wanted[3 + i] += gains[0] * (p_d[i] - p[i]) + gains[1] * (v_d[i] - v[i])
+    return wanted
+
+
+def joint_targets(
+    state: RobotState, sample: PolicySample, targets: FootTargets, dynamics: DynamicsTerms
+) -> tuple[np.ndarray, np.ndarray]:
+    """Joint positions [rad] and velocities [rad/s] that put the feet where they should be, (12,) each.
+
+    The joints' own PD control then pulls in the direction of the swing and damps about the planned motion: positions are one
+    Newton step of inverse kinematics away from the measured ones (on the ground: none), velocities those of the wanted feet
+    under a base that moves as planned.
+    """
+    twist = np.concatenate((sample.w_WB, sample.v_WB))
+    steps, rates = _joint_steps(dynamics.foot_jacobian, twist, targets.positions - dynamics.p_WF, targets.velocities)
+    return state.joint_positions + np.minimum(np.maximum(steps, -_MAX_JOINT_STEP), _MAX_JOINT_STEP), rates
+
+
+@njit(cache=True)
+def _joint_steps(jacobian, twist, offsets, velocities):
+    """Joint steps for the feet's ``offsets`` (4, 3) and rates for their ``velocities`` over a base with that twist."""
+    steps, rates = np.empty(12), np.empty(12)
+    for leg in range(NUM_LEGS):
+        first = 3 * leg
+        normal, by_offset, by_velocity = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
+        for k in range(3):
+            row = jacobian[first + k]
+            velocity = velocities[leg, k]
+            for i in range(6):
+                velocity -= row[i] * twist[i]
+            for i in range(3):
+                by_offset[i] += row[6 + first + i] * offsets[leg, k]
+                by_velocity[i] += row[6 + first + i] * velocity
+                for j in range(3):
+                    normal[i, j] += row[6 + first + i] * row[6 + first + j]
+        for i in range(3):
+            normal[i, i] += 1e-4  # damped least squares: finite where a leg is stretched out
+        inverse = inverse_3x3(normal)
+        for i in range(3):
+            steps[first + i] = inverse[i, 0] * by_offset[0] + inverse[i, 1] * by_offset[1] + inverse[i, 2] * by_offset[2]
+            rates[first + i] = (
+                inverse[i, 0] * by_velocity[0] + inverse[i, 1] * by_velocity[1] + inverse[i, 2] * by_velocity[2]
+            )
+    return steps, rates
+
+
+@njit(cache=True)
+def redistributed(forces, contacts):
+    """The policy's forces (4, 3) [N] when only ``contacts`` bear: what the others should carry is shared among them."""
+    wanted, missing, bearing = forces.copy(), np.zeros(3), 0
+    for leg in range(NUM_LEGS):
+        if contacts[leg]:
+            bearing += 1
+        else:
+            missing += forces[leg]
+    if bearing in (0, NUM_LEGS):
+        return wanted
+    for leg in range(NUM_LEGS):
+        if contacts[leg]:
+            wanted[leg] += missing / bearing
+        else:
+            wanted[leg] = 0.0
+    return wanted

@@ -1,0 +1,36 @@
+"""The drifting pose estimate as a system."""
+
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import LeafSystem
+
+from quadpips_drake.estimation.pose_drift import PoseDriftConfig, drift_state, drifted_world
+from quadpips_drake.values.robot_state import RobotState
+
+
+class DriftingStateEstimator(LeafSystem):
+    """Spoils a robot state by a pose that drifts away: X_OB = X_WO(t)^-1 X_WB with X_WO moving at constant rates.
+
+    Everybody who uses its output lives in frame O and takes it for the world; see estimation.pose_drift.
+
+    .. pydrake_system::
+
+        name: DriftingStateEstimator
+        input_ports:
+        - robot_state
+        output_ports:
+        - robot_state
+
+    - robot_state (input): RobotState, frame W.
+    - robot_state (output): the same state in frame O; joints, torques and contacts untouched; continuous.
+    """
+
+    def __init__(self, config: PoseDriftConfig, *, seed: int = 0):
+        """``seed`` (not negative) chooses the directions of the drift."""
+        super().__init__()
+        self._config, self._seed = config, seed
+        self._state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(RobotState.empty()))
+        self.DeclareAbstractOutputPort("robot_state", lambda: AbstractValue.Make(RobotState.empty()), self._calc_state)
+
+    def _calc_state(self, context, output):
+        state = self._state.Eval(context)
+        output.set_value(drift_state(state, drifted_world(state.stamp, self._seed, self._config)))

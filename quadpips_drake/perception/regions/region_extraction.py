@@ -1,0 +1,90 @@
+"""From superpixels to planar convex regions that may carry a foot (QuadPiPS section V-E)."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.perception.regions import region_kernels as kernels
+from quadpips_drake.values.images import SuperpixelImage
+from quadpips_drake.values.regions import PlanarRegion, RegionSet
+
+
+@dataclass
+class RegionConfig:
+    """Parameters of the region extraction."""
+
+    margin: float = 0.015
+    """A foot sphere stays at least this far from every edge, beside its radius [m]."""
+    overlap: float = 0.03
+    """Insets reach this far beyond their superpixel where there is ground, so that no gaps remain between them [m]."""
+    min_radius: float = 0.015
+    """Least radius around the centre of the inset, where a foot's centre may go [m]."""
+    max_off_plane: float = 0.02
+    """A pixel further than this from a region's plane is not ground of that region [m]."""
+    max_speck: int = 2
+    """Holes in the ground that are up to this wide are noise or cracks of the drawing, which no foot falls into [pixels]."""
+    max_vertices: int = 10
+    """Most vertices of an inset polygon."""
+    period: float = 0.0
+    """Time between two updates [s]; 0 computes when read, at most once for each set of superpixels."""
+
+    def __post_init__(self):
+        if min(self.margin, self.overlap, self.min_radius) < 0 or self.max_off_plane <= 0 or self.period < 0:
+            raise UserInputError(
+                "regions: margin, overlap, min_radius and period must not be negative, max_off_plane positive"
+            )
+        if not 0 <= self.max_speck <= 10:
+            raise UserInputError(f"regions: max_speck must be 0..10 pixels, got {self.max_speck}")
+        if self.max_vertices < 3:
+            raise UserInputError(f"regions: max_vertices must be at least 3, got {self.max_vertices}")
+
+
+def extract_regions(superpixels: SuperpixelImage, foot_radius: float, config: RegionConfig) -> RegionSet:
+    """Returns the convex regions of ``superpixels``, in W. ``foot_radius`` in [m].
+
+    Where the paper takes the hull of a superpixel as it is, hulls here hold nothing but seen ground: the hull of the pixels
+    is grown by foot radius + margin + overlap, then cut back (by half planes, nearest offender first) until no pixel is left
+    in it that is unknown, not healthy or off the plane. That is the boundary; shrunk by foot radius + margin it becomes the
+    inset. So the inset of a superpixel in the middle of a floor is the superpixel itself and ``config.overlap`` around it,
+    while at an edge of the floor the inset keeps its distance.
+    """
+    if len(superpixels.centers) == 0:
+        return RegionSet(stamp=superpixels.stamp)
+    clearance = foot_radius + config.margin
+    found = kernels.carve_regions(
+        superpixels.assignment,
+        superpixels.points,
+        _fill_specks(superpixels.healthy, config.max_speck),
+        superpixels.centers,
+        superpixels.normals,
+        superpixels.cap_rays,
+        clearance,
+        config.overlap,
+        config.min_radius,
+        config.max_off_plane,
+        config.max_vertices,
+        np.ascontiguousarray(superpixels.X_WE[:3, :3].T @ np.array([1.0, 0.0, 0.0])),
+    )
+    frames, boundaries, boundary_sizes, insets, inset_sizes, clusters = found
+    regions = []
+    for k, cluster in enumerate(clusters):
+        regions.append(
+            PlanarRegion(
+                id=int(superpixels.ids[cluster]),
+                X_WR=superpixels.X_WE @ frames[k],
+                boundary=boundaries[k, : boundary_sizes[k]],
+                inset=insets[k, : inset_sizes[k]],
+                label=int(superpixels.labels[cluster]),
+            )
+        )
+    return RegionSet(stamp=superpixels.stamp, regions=tuple(regions))
+
+
+def _fill_specks(healthy: np.ndarray, width: int) -> np.ndarray:
+    """Returns ``healthy``, bool (h, w), without holes that are at most ``width`` pixels wide (morphological closing)."""
+    if width == 0:
+        return healthy
+    square = np.ones((width + 1, width + 1), np.uint8)
+    return cv2.morphologyEx(healthy.view(np.uint8), cv2.MORPH_CLOSE, square).view(np.bool_)

@@ -1,0 +1,163 @@
+"""Over-segmentation of the egocan's floor cap into planar superpixels (QuadPiPS section V-D, equations 10-14)."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.perception.superpixels import superpixel_kernels as kernels
+from quadpips_drake.perception.superpixels.superpixel_health import check_health
+from quadpips_drake.perception.superpixels.superpixel_tracking import (
+    can_follow,
+    clusters_in_world,
+    keep_ids,
+    propagate_clusters,
+)
+from quadpips_drake.values.images import EgocanImage, SuperpixelImage
+from quadpips_drake.values.steppability import Steppability
+
+_ALLOWED = np.isin(np.arange(256), (Steppability.UNKNOWN, Steppability.STEPPABLE))
+"""Labels on which a foot may stand; UNKNOWN does not forbid: without labels, ground is judged by its geometry."""
+
+
+@dataclass
+class SuperpixelConfig:
+    """Parameters of the health check and of the clustering."""
+
+    num_superpixels: int = 175
+    """Clusters wanted on a full cap, k_des; sets the grid step s = sqrt(pixels / k_des) [pixels]."""
+    iterations: int = 5
+    """Rounds of assignment and update."""
+    warm_iterations: int = 2
+    """Rounds when the clusters of the last frame are there to begin with; 0 begins afresh with every frame."""
+    max_jump: float = 0.5
+    """The last frame is forgotten when the camera moves further than this between two frames [m]."""
+    max_turn: float = 0.7
+    """The last frame is forgotten when the base yaws further than this between two frames [rad]."""
+    weight_normal: float = 25.0
+    """w_n of equation 10, for 1 - n_c . n with a scale of 2."""
+    weight_plane: float = 100.0
+    """w_p of equation 10 [1/m], for the distance to the cluster's plane."""
+    weight_world: float = 25.0
+    """w_w of equation 10 [1/m], for the distance to the cluster's centre."""
+    weight_compact: float = 0.0
+    """w_c of equation 10, for the distance in the image with a scale of sqrt(2) s."""
+    min_upward: float = 0.86
+    """Least component of a healthy pixel's normal against gravity; 0.86 is a slope of 30.7 deg."""
+    max_depth: float = 1.2
+    """Greatest height of the camera above a healthy pixel [m]."""
+    max_step: float = 0.015
+    """Neighbouring pixels that are further apart than this along the normal are not connected [m]."""
+    min_pixels: int = 16
+    """Smallest superpixel [pixels]."""
+    ransac_iterations: int = 25
+    """Planes tried for each cluster; 0 takes the mean normal."""
+    ransac_samples: int = 10
+    """Points for each plane tried."""
+    ransac_threshold: float = 0.01
+    """Greatest distance of an inlier from the plane [m]."""
+    seed: int = 1
+    """Of the random choice of samples."""
+    period: float = 0.05
+    """Time between two updates [s]; 0 computes on demand."""
+
+    def __post_init__(self):
+        if self.num_superpixels < 1 or self.iterations < 1 or self.min_pixels < 3:
+            raise UserInputError("superpixels: need num_superpixels >= 1, iterations >= 1 and min_pixels >= 3")
+        if self.warm_iterations < 0 or min(self.max_jump, self.max_turn) <= 0:
+            raise UserInputError("superpixels: need warm_iterations >= 0, and max_jump and max_turn above zero")
+        if not 0 < self.min_upward <= 1:
+            raise UserInputError(f"superpixels: min_upward must be within (0, 1], got {self.min_upward}")
+        if min(self.max_depth, self.max_step, self.ransac_threshold) <= 0 or self.period < 0:
+            raise UserInputError("superpixels: max_depth, max_step, ransac_threshold must be positive, period not negative")
+        if self.ransac_iterations < 0 or self.ransac_samples < 3:
+            raise UserInputError("superpixels: need ransac_iterations >= 0 and ransac_samples >= 3")
+
+
+def cap_points(can: EgocanImage) -> np.ndarray:
+    """Returns the point of each pixel of the cap in E [m], float32 (h_cap, w_cap, 3); NaN where unknown."""
+    return _check_health(can, SuperpixelConfig())[0]
+
+
+def healthy_pixels(can: EgocanImage, config: SuperpixelConfig) -> np.ndarray:
+    """Returns the pixels of the cap that may carry a foot, bool (h_cap, w_cap) (QuadPiPS section V-D.1).
+
+    Healthy is what has a depth in range, an upward normal and no label that forbids stepping (UNKNOWN does not forbid), and
+    what is not alone: noise makes some points of a wall look like floor.
+    """
+    return _check_health(can, config)[1]
+
+
+def _check_health(can: EgocanImage, config: SuperpixelConfig) -> tuple[np.ndarray, np.ndarray]:
+    return check_health(
+        can.cap_height,
+        can.cap_normals,
+        can.cap_labels,
+        _ALLOWED,
+        can.cap_rays,
+        config.max_depth,
+        config.min_upward,
+        config.max_step,
+    )
+
+
+def _is_well_formed(can: EgocanImage) -> bool:
+    """Whether the images of the cap are not empty and fit together."""
+    shape = can.cap_height.shape
+    fits = can.cap_normals.shape == (*shape, 3) and can.cap_labels.shape == shape
+    return len(shape) == 2 and can.cap_height.size > 0 and fits and bool(np.isfinite(can.X_WE).all())
+
+
+def segment_superpixels(
+    can: EgocanImage, config: SuperpixelConfig, previous: SuperpixelImage | None = None
+) -> SuperpixelImage:
+    """Returns connected planar superpixels of the floor cap.
+
+    SLIC with the distance of equation 10 on the healthy pixels: seeds on a grid, moved to the centroid of the healthy
+    pixels around them; each cluster claims pixels within +-s; centroid and (by RANSAC) normal are updated. Beyond the
+    paper, a cluster is then split where a gap or a step parts it, so that no superpixel spans two surfaces.
+
+    ``previous``: the superpixels of the frame before. Its clusters, moved by the base's motion, are the seeds then, with new
+    ones only where the ground is new, and fewer rounds are needed; superpixels keep the ids of the ground they lie on. A
+    jump of the pose, or time that runs backwards, starts afresh.
+    """
+    if not _is_well_formed(can):
+        return SuperpixelImage.empty() if previous is None else replace(SuperpixelImage.empty(), next_id=previous.next_id)
+    points, healthy = _check_health(can, config)
+    normals = can.cap_normals
+    planes, active = kernels.healthy_planes(points, normals, healthy)
+    step = max(2, int(np.sqrt(healthy.size / config.num_superpixels)))
+    weights = (
+        config.weight_normal / 2.0,
+        config.weight_plane,
+        config.weight_world,
+        config.weight_compact / (np.sqrt(2) * step),
+    )
+    ransac = (config.ransac_iterations, config.ransac_samples, config.ransac_threshold, config.seed)
+    follows = can_follow(previous, can, config.max_jump, config.max_turn)
+    moved = propagate_clusters(previous, can) if follows and config.warm_iterations else np.empty((0, 9))
+    clusters = kernels.seed_clusters(points, normals, healthy, step, moved, config.max_step)
+    assignment, best = np.empty(healthy.shape, np.int32), np.empty(healthy.shape, np.float32)
+    for _ in range(config.warm_iterations if len(moved) else config.iterations):
+        kernels.assign_pixels(planes, clusters, step, weights, best, assignment)
+        kernels.update_clusters(points, normals, assignment, active, clusters, ransac)
+    count = kernels.split_clusters(points, normals, assignment, active, config.max_step, config.min_pixels)
+    pieces = np.zeros((count, 9))
+    kernels.update_clusters(points, normals, assignment, active, pieces, ransac)
+    centers_W = pieces[:, 2:5] @ can.X_WE[:3, :3].T + can.X_WE[:3, 3]
+    ids, homes, next_id = keep_ids(previous, follows, assignment, points, centers_W, can.X_WE, config.max_step)
+    return SuperpixelImage(
+        stamp=can.stamp,
+        X_WE=can.X_WE,
+        assignment=assignment,
+        points=points,
+        centers=pieces[:, 2:5],
+        normals=pieces[:, 5:8],
+        labels=kernels.common_labels(assignment, can.cap_labels, count),
+        cap_rays=can.cap_rays,
+        healthy=healthy,
+        clusters=clusters_in_world(clusters, can.X_WE),
+        ids=ids,
+        homes=homes,
+        next_id=next_id,
+    )

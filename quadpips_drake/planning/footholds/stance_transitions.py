@@ -1,0 +1,397 @@
+"""From one stance to the next: which footholds a swinging leg may take, and which combinations make a good stance.
+
+These are the constraints of QuadPiPS section VI-C (contact sequence aside) as numba kernels: reachability (eq. 15),
+stance stability (eqs. 16-17), swing distance (eq. 18), forward facing, distinct footholds; and the cost of an edge.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
+from quadpips_drake.planning.nominal_pose import base_pose_above, rotation_from_rpy, to_frame, wrap_angle
+from quadpips_drake.planning.region_table import foothold_near
+from quadpips_drake.robots.reachability import LegChains, in_leg_workspace, inside_superquadric, leg_chains
+from quadpips_drake.values.legs import Leg
+
+REJECTIONS = ("too close together", "stance stability", "facing backward", "out of a leg's workspace", "out of balance")
+"""Why a combination of footholds is refused, in the order of the tests."""
+
+_SAME = 0.02  # candidates nearer to each other than this [m] are one
+# Where the swinging legs aim: fractions of the preferred stride, and of the turn that the torso path asks for.
+_AIMS = np.array([[0.0, 0.0], [0.0, 1.0], [0.5, 1.0], [1.0, 1.0], [1.5, 1.0]])
+
+
+class TransitionModel(NamedTuple):
+    """Robot and settings as the kernels need them."""
+
+    chains: LegChains
+    foot_radius: float
+    base_height: float
+    nominal: np.ndarray
+    """Nominal ground points under the base, in the frame of its yaw [m], (4, 2)."""
+    reach_centers: np.ndarray
+    """Centres of the superquadrics in B [m], (4, 3)."""
+    reach_semi_axes: np.ndarray
+    reach_exponents: np.ndarray
+    use_centers: bool
+    candidates_per_leg: int
+    inward_pull: float
+    min_separation: float
+    max_extension: float
+    max_swing: float
+    max_rise: float
+    width_tolerance: float
+    length_tolerance: float
+    max_support_distance: float
+    max_tilt: float
+    max_yaw_step: float
+    preferred_swing: float
+    yaw_weight: float
+    step_weight: float
+    stance_weight: float
+    stance_slack: float
+    support_weight: float
+    twist_weight: float
+    rise_weight: float
+
+
+def make_transition_model(robot, config: FootholdConfig) -> TransitionModel:
+    """Collects what the kernels need of a RobotModel and the configuration."""
+    feet = np.asarray(robot.nominal_footholds_B, dtype=float)
+    outward = np.array([[1.0, leg.side, 1.0] for leg in Leg])
+    copied = {name: getattr(config, name) for name in TransitionModel._fields if hasattr(config, name)}
+    copied["reach_semi_axes"] = np.array(config.reach_semi_axes, dtype=float)
+    copied["reach_exponents"] = np.array(config.reach_exponents, dtype=float)
+    copied = {
+        name: float(value) if isinstance(value, int) and name != "candidates_per_leg" else value
+        for name, value in copied.items()
+    }  # numba compiles once for each combination of types
+    return TransitionModel(
+        chains=leg_chains(robot),
+        foot_radius=float(robot.foot_radius),
+        base_height=float(robot.nominal_base_height),
+        nominal=np.ascontiguousarray(feet[:, :2]),
+        reach_centers=feet + outward * np.array(config.reach_offset, dtype=float),
+        use_centers=config.candidate == "center",
+        **copied,
+    )
+
+
+def cost_rate(config: FootholdConfig) -> float:
+    """Returns the least cost of moving the base by one metre: the distance itself and the swings at the preferred length.
+
+    A swing of length d costs step_weight (1 + (d / preferred)^2) / 2 >= step_weight d / preferred, and moves the base by at
+    most d / 4, whence the rate. It makes the cost-to-go a lower bound (but for its inflation).
+    """
+    return 1.0 + 4.0 * config.step_weight / config.preferred_swing
+
+
+@njit(cache=True)
+def distance_to_go(x, y, yaw, path, remaining, yaw_weight):
+    """Returns the way from a pose to the end of ``path`` [m], turning included, and the pose of the path to head for first.
+
+    min over the poses i of |pose - path_i| + remaining_i. Each term changes by no more than the pose moves, so the result
+    does too: as a cost-to-go it is consistent, but unlike the straight line it leads round corners.
+
+    Args:
+        path: x, y, yaw along the torso path, (n, 3); the last one is the waypoint.
+        remaining: way from each pose to the last one, (n,).
+    """
+    best, index = np.inf, 0
+    for i in range(len(path)):
+        way = np.hypot(path[i, 0] - x, path[i, 1] - y) + yaw_weight * abs(wrap_angle(path[i, 2] - yaw)) + remaining[i]
+        if way < best:
+            best, index = way, i
+    return best, index
+
+
+@njit(cache=True)
+def pose_of_stance_legs(feet, swinging, yaw, nominal):
+    """Returns x, y, yaw of the base for which the feet that stay down would be at their nominal places.
+
+    With two or more of them it is the least-squares fit of a rigid motion in the plane, else ``yaw`` is kept.
+    """
+    n = 0
+    fx = fy = bx = by = 0.0
+    for leg in range(4):
+        if not swinging[leg]:
+            n += 1
+            fx, fy = fx + feet[leg, 0], fy + feet[leg, 1]
+            bx, by = bx + nominal[leg, 0], by + nominal[leg, 1]
+    fx, fy, bx, by = fx / n, fy / n, bx / n, by / n
+    if n > 1:
+        dot = cross = 0.0
+        for leg in range(4):
+            if not swinging[leg]:
+                px, py = feet[leg, 0] - fx, feet[leg, 1] - fy
+                qx, qy = nominal[leg, 0] - bx, nominal[leg, 1] - by
+                dot += qx * px + qy * py
+                cross += qx * py - qy * px
+        yaw = np.arctan2(cross, dot)
+    c, s = np.cos(yaw), np.sin(yaw)
+    return fx - (c * bx - s * by), fy - (s * bx + c * by), yaw
+
+
+@njit(cache=True)
+def step_aims(feet, swinging, yaw, path, remaining, model):
+    """Returns the poses (x, y, yaw), (5, 3), under which the swinging legs would like to stand next.
+
+    The pose that belongs to the feet on the ground is carried along the torso path: by nothing, by half, one, and one and a
+    half times the stride that goes with the preferred swing.
+    """
+    x, y, yaw = pose_of_stance_legs(feet, swinging, yaw, model.nominal)
+    _, index = distance_to_go(x, y, yaw, path, remaining, model.yaw_weight)
+    ahead = index  # head for a pose some way ahead, else the direction is that of the noise in the present one
+    while ahead < len(path) - 1 and np.hypot(path[ahead, 0] - x, path[ahead, 1] - y) < 2.0 * model.preferred_swing:
+        ahead += 1
+    dx, dy = path[ahead, 0] - x, path[ahead, 1] - y
+    distance = np.hypot(dx, dy)
+    turn = wrap_angle(path[ahead, 2] - yaw)
+    turn = min(max(turn, -model.max_yaw_step), model.max_yaw_step)
+    aims = np.empty((len(_AIMS), 3))
+    for k in range(len(_AIMS)):
+        stride = min(_AIMS[k, 0] * 0.5 * model.preferred_swing, distance)
+        scale = stride / distance if distance > 1e-9 else 0.0
+        aims[k] = (x + scale * dx, y + scale * dy, yaw + _AIMS[k, 1] * turn)
+    return aims
+
+
+@njit(cache=True)
+def leg_candidates(leg, foot, normal, region, aims, p_WB, R_WB, table, model):
+    """Returns the footholds that leg ``leg`` may swing to, best first.
+
+    Args:
+        foot, normal, region: ground point (3,), normal (3,) and region index of the foot now; it may come down there again.
+        aims: poses (x, y, yaw) under which it would like to stand, (m, 3).
+        p_WB, R_WB: nominal base of the present stance.
+
+    Returns:
+        Points (k, 3), normals (k, 3), region indices (k,), k <= candidates_per_leg. The order is by the distance between a
+        foothold and the aim for which it was chosen.
+    """
+    m, n = len(aims), len(table.origins)
+    wanted = np.empty((m, 2))
+    for a in range(m):
+        c, s = np.cos(aims[a, 2]), np.sin(aims[a, 2])
+        wanted[a, 0] = aims[a, 0] + c * model.nominal[leg, 0] - s * model.nominal[leg, 1]
+        wanted[a, 1] = aims[a, 1] + s * model.nominal[leg, 0] + c * model.nominal[leg, 1]
+    points, normals = np.empty((m * n + 1, 3)), np.empty((m * n + 1, 3))
+    indices, scores = np.empty(m * n + 1, dtype=np.int64), np.empty(m * n + 1)
+
+    points[0], normals[0], indices[0], scores[0] = foot, normal, region, np.inf
+    for a in range(m):
+        scores[0] = min(scores[0], np.hypot(wanted[a, 0] - foot[0], wanted[a, 1] - foot[1]))
+    count = 1
+    for k in range(n):
+        center = table.origins[k]
+        if np.hypot(center[0] - foot[0], center[1] - foot[1]) > table.radii[k] + model.max_swing:
+            continue
+        up_x, up_y, up_z = table.rotations[k, 0, 2], table.rotations[k, 1, 2], table.rotations[k, 2, 2]
+        for a in range(m):
+            if model.use_centers:
+                x, y, z = center[0], center[1], center[2]
+            else:
+                x, y, z = foothold_near(table, k, wanted[a, 0], wanted[a, 1], model.inward_pull)
+            score = np.hypot(wanted[a, 0] - x, wanted[a, 1] - y)
+            swing = np.sqrt((x - foot[0]) ** 2 + (y - foot[1]) ** 2 + (z - foot[2]) ** 2)
+            if swing > model.max_swing or abs(z - foot[2]) > model.max_rise:
+                continue
+            known = False
+            for i in range(count):
+                if abs(points[i, 0] - x) + abs(points[i, 1] - y) + abs(points[i, 2] - z) < _SAME:
+                    scores[i] = min(scores[i], score)
+                    known = True
+                    break
+            if known:
+                continue
+            r = model.foot_radius
+            bx, by, bz = to_frame(R_WB, p_WB, x + r * up_x, y + r * up_y, z + r * up_z)
+            if not inside_superquadric(bx, by, bz, model.reach_centers[leg], model.reach_semi_axes, model.reach_exponents):
+                continue
+            points[count, 0], points[count, 1], points[count, 2] = x, y, z
+            normals[count, 0], normals[count, 1], normals[count, 2] = up_x, up_y, up_z
+            indices[count], scores[count] = k, score
+            count += 1
+    order = np.argsort(scores[:count], kind="mergesort")[: model.candidates_per_leg]
+    return points[order], normals[order], indices[order]
+
+
+@njit(cache=True)
+def stance_deviation(feet, p_WB, yaw, nominal, slack):
+    """Returns the sum over the legs of the squared distance between a foot and its nominal place under the base [m^2].
+
+    Forward and backward the first ``slack`` [m] are free: in mid-walk one pair of feet is always ahead of the other.
+    """
+    c, s = np.cos(yaw), np.sin(yaw)
+    total = 0.0
+    for leg in range(4):
+        dx, dy = feet[leg, 0] - p_WB[0], feet[leg, 1] - p_WB[1]
+        ahead = max(0.0, abs(c * dx + s * dy - nominal[leg, 0]) - slack)
+        aside = -s * dx + c * dy - nominal[leg, 1]
+        total += ahead * ahead + aside * aside
+    return total
+
+
+@njit(cache=True)
+def _distance(a, i, b, j):
+    """Distance between row i of ``a`` and row j of ``b``, both (n, 3)."""
+    return np.sqrt((a[i, 0] - b[j, 0]) ** 2 + (a[i, 1] - b[j, 1]) ** 2 + (a[i, 2] - b[j, 2]) ** 2)
+
+
+@njit(cache=True)
+def _is_stable(feet, p_WB, R_WB, model):
+    """Stance stability, eqs. 16-17: widths and lengths of the stance in the base frame, against the nominal ones."""
+    nominal = model.nominal
+    x = np.empty(4)
+    y = np.empty(4)
+    for leg in range(4):
+        x[leg], y[leg], _ = to_frame(R_WB, p_WB, feet[leg, 0], feet[leg, 1], feet[leg, 2])
+    for left in (0, 2):
+        width, ideal = y[left] - y[left + 1], nominal[left, 1] - nominal[left + 1, 1]
+        if abs(width - ideal) >= model.width_tolerance:
+            return False
+    for fore in (0, 1):
+        length, ideal = x[fore] - x[fore + 2], nominal[fore, 0] - nominal[fore + 2, 0]
+        if abs(length - ideal) >= model.length_tolerance:
+            return False
+    return True
+
+
+@njit(cache=True)
+def refusal(feet, normals, p_WB, rpy_WB, facing, waypoint_yaw, model):
+    """Returns -1 for a permitted stance, else the index in REJECTIONS of the first constraint that it breaks.
+
+    ``facing`` is the cosine between the yaw before and the waypoint's: a robot that has to turn round may face backward
+    as long as it does not turn further away (the paper demands facing forward outright).
+    """
+    for i in range(4):
+        for j in range(i):
+            if _distance(feet, i, feet, j) < model.min_separation:
+                return 0
+    R_WB = rotation_from_rpy(rpy_WB)
+    if not _is_stable(feet, p_WB, R_WB, model):
+        return 1
+    cosine = np.cos(rpy_WB[2] - waypoint_yaw)
+    if cosine <= 0.0 and cosine < facing - 1e-9:
+        return 2
+    r = model.foot_radius
+    for leg in range(4):
+        x, y, z = to_frame(
+            R_WB,
+            p_WB,
+            feet[leg, 0] + r * normals[leg, 0],
+            feet[leg, 1] + r * normals[leg, 1],
+            feet[leg, 2] + r * normals[leg, 2],
+        )
+        if not in_leg_workspace(leg, x, y, z, model.chains, model.max_extension):
+            return 3
+    return -1
+
+
+@njit(cache=True)
+def support_distance(feet, swinging, x, y):
+    """Returns the horizontal distance [m] from (x, y) to the segment or triangle of the feet that stay on the ground.
+
+    It is what makes a robot fall during a swing: an inverted pendulum of height h, at rest d beside its support, is
+    d (cosh(t sqrt(g / h)) - 1) further away after the time t, that is almost 2 d after 0.4 s at h = 0.6 m.
+    """
+    legs = np.empty(4, dtype=np.int64)
+    n = 0
+    for leg in (0, 1, 3, 2):  # around the robot
+        if not swinging[leg]:
+            legs[n] = leg
+            n += 1
+    nearest = np.inf
+    inside = n > 2
+    for i in range(n):
+        a, b = legs[i], legs[(i + 1) % n]
+        ex, ey = feet[b, 0] - feet[a, 0], feet[b, 1] - feet[a, 1]
+        px, py = x - feet[a, 0], y - feet[a, 1]
+        t = min(1.0, max(0.0, (px * ex + py * ey) / max(ex * ex + ey * ey, 1e-12)))
+        nearest = min(nearest, np.hypot(px - t * ex, py - t * ey))
+        inside = inside and ex * py - ey * px <= 0.0  # the feet are in clockwise order
+    return 0.0 if inside else nearest
+
+
+@njit(cache=True)
+def edge_cost(feet, new_feet, swinging, p_WB, rpy_WB, new_p_WB, new_rpy_WB, model):
+    """Returns the cost of a transition [m]: the way of the base and its turning, swings, stretched and twisted stances."""
+    dx, dy, dz = new_p_WB[0] - p_WB[0], new_p_WB[1] - p_WB[1], new_p_WB[2] - p_WB[2]
+    cost = np.sqrt(dx * dx + dy * dy + dz * dz) + model.yaw_weight * abs(wrap_angle(new_rpy_WB[2] - rpy_WB[2]))
+    for leg in range(4):
+        if swinging[leg]:
+            swing = _distance(new_feet, leg, feet, leg)
+            cost += 0.5 * model.step_weight * (1.0 + (swing / model.preferred_swing) ** 2)
+            cost += model.rise_weight * abs(new_feet[leg, 2] - feet[leg, 2])
+    cost += model.stance_weight * stance_deviation(new_feet, new_p_WB, new_rpy_WB[2], model.nominal, model.stance_slack)
+    twist = 0.5 * (new_feet[0, 2] + new_feet[3, 2] - new_feet[1, 2] - new_feet[2, 2])
+    return cost + model.twist_weight * twist * twist
+
+
+@njit(cache=True)
+def _all_candidates(feet, normals, regions, swing_legs, aims, p_WB, R_WB, table, model):
+    """Returns ``leg_candidates`` of the first and of the last swinging leg.
+
+    A single leg is both; then one stand-in is enough for the last, whose footholds are not looked at.
+    """
+    first, last = swing_legs[0], swing_legs[-1]
+    points_a, normals_a, regions_a = leg_candidates(
+        first, feet[first], normals[first], regions[first], aims, p_WB, R_WB, table, model
+    )
+    if first == last:
+        return points_a, normals_a, regions_a, points_a[:1], normals_a[:1], regions_a[:1]
+    points_b, normals_b, regions_b = leg_candidates(
+        last, feet[last], normals[last], regions[last], aims, p_WB, R_WB, table, model
+    )
+    return points_a, normals_a, regions_a, points_b, normals_b, regions_b
+
+
+@njit(cache=True)
+def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, table, model):
+    """Returns every permitted stance that one swing leads to.
+
+    Args:
+        feet, normals, regions: the present stance, (4, 3), (4, 3), (4,) indices into ``table``.
+        swing_legs: the one or two legs that swing.
+        p_WB, rpy_WB: nominal base of the present stance.
+        path, remaining: see ``distance_to_go``.
+
+    Returns:
+        feet (k, 4, 3), normals (k, 4, 3), regions (k, 4), base positions (k, 3), rpy (k, 3), edge costs (k,), ways to go
+        (k,), and the number of refused combinations for each of REJECTIONS.
+    """
+    first, last = swing_legs[0], swing_legs[-1]
+    swinging = np.zeros(4, dtype=np.bool_)
+    swinging[first] = swinging[last] = True
+    aims = step_aims(feet, swinging, rpy_WB[2], path, remaining, model)
+    points_a, normals_a, regions_a, points_b, normals_b, regions_b = _all_candidates(
+        feet, normals, regions, swing_legs, aims, p_WB, rotation_from_rpy(rpy_WB), table, model
+    )
+    most = len(points_a) * len(points_b)
+    out_feet, out_normals, out_regions = np.empty((most, 4, 3)), np.empty((most, 4, 3)), np.empty((most, 4), dtype=np.int64)
+    out_p, out_rpy, costs, ways = np.empty((most, 3)), np.empty((most, 3)), np.empty(most), np.empty(most)
+    refused = np.zeros(len(REJECTIONS), dtype=np.int64)
+    waypoint_yaw = path[-1, 2]
+    facing = np.cos(rpy_WB[2] - waypoint_yaw)
+    k = 0  # a refused combination leaves its place to the next one
+    for a in range(len(points_a)):
+        for b in range(len(points_b)):
+            out_feet[k], out_normals[k], out_regions[k] = feet, normals, regions
+            out_feet[k, last], out_normals[k, last], out_regions[k, last] = points_b[b], normals_b[b], regions_b[b]
+            out_feet[k, first], out_normals[k, first], out_regions[k, first] = points_a[a], normals_a[a], regions_a[a]
+            new_p, new_rpy = base_pose_above(out_feet[k], model.base_height, model.max_tilt)
+            why = refusal(out_feet[k], out_normals[k], new_p, new_rpy, facing, waypoint_yaw, model)
+            aside = support_distance(feet, swinging, 0.5 * (p_WB[0] + new_p[0]), 0.5 * (p_WB[1] + new_p[1]))
+            if why < 0 and aside > model.max_support_distance:
+                why = 4
+            if why >= 0:
+                refused[why] += 1
+                continue
+            out_p[k], out_rpy[k] = new_p, new_rpy
+            costs[k] = edge_cost(feet, out_feet[k], swinging, p_WB, rpy_WB, new_p, new_rpy, model)
+            costs[k] += model.support_weight * aside * aside
+            ways[k], _ = distance_to_go(new_p[0], new_p[1], new_rpy[2], path, remaining, model.yaw_weight)
+            k += 1
+    return out_feet[:k], out_normals[:k], out_regions[:k], out_p[:k], out_rpy[:k], costs[:k], ways[:k], refused

@@ -1,0 +1,63 @@
+"""What the robot touches, read from the plant's contact results."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.geometry import GeometryId, SceneGraphInspector
+from pydrake.multibody.plant import ContactResults, MultibodyPlant
+
+from quadpips_drake.robots.robot_model import LINK_NAMES, RobotModel
+from quadpips_drake.values.legs import NUM_LEGS, Leg
+
+
+@dataclass(frozen=True, eq=False)
+class ContactGeometries:
+    """Which collision geometries belong to the robot."""
+
+    feet: dict[GeometryId, int]
+    """Foot spheres -> Leg."""
+    body: dict[GeometryId, str]
+    """All others -> name of their link."""
+
+
+def find_contact_geometries(robot: RobotModel, plant: MultibodyPlant, inspector: SceneGraphInspector) -> ContactGeometries:
+    """Looks up the robot's collision geometries in a plant that holds it; ``inspector`` is that of its SceneGraph."""
+    instance = plant.GetModelInstanceByName(robot.name)
+    feet, others = {}, {}
+    shanks = {f"{leg.name}_SHANK": int(leg) for leg in Leg}
+    for link in LINK_NAMES:
+        for geometry in plant.GetCollisionGeometriesForBody(plant.GetBodyByName(link, instance)):
+            if link in shanks and inspector.GetName(geometry).endswith(f"{link}_foot"):
+                feet[geometry] = shanks[link]
+            else:
+                others[geometry] = link
+    return ContactGeometries(feet, others)
+
+
+def foot_contact_forces(results: ContactResults, geometries: ContactGeometries) -> np.ndarray:
+    """Returns the force of everything else on each foot, in the world [N], (4, 3)."""
+    forces, feet = np.zeros((NUM_LEGS, 3)), geometries.feet
+    for i in range(results.num_point_pair_contacts()):
+        info = results.point_pair_contact_info(i)
+        pair = info.point_pair()
+        leg_A, leg_B = feet.get(pair.id_A), feet.get(pair.id_B)
+        if leg_A is None and leg_B is None:
+            continue
+        force = info.contact_force()  # acts on body B, so on A with the opposite sign
+        if leg_B is not None:
+            forces[leg_B] += force
+        if leg_A is not None:
+            forces[leg_A] -= force
+    return forces
+
+
+def touching_links(results: ContactResults, geometries: ContactGeometries) -> list[str]:
+    """Returns the links that touch something which is not the robot, other than with a foot; each once."""
+    links = []
+    for i in range(results.num_point_pair_contacts()):
+        pair = results.point_pair_contact_info(i).point_pair()
+        for own, other in ((pair.id_A, pair.id_B), (pair.id_B, pair.id_A)):
+            link = geometries.body.get(own)
+            if link and link not in links and other not in geometries.body and other not in geometries.feet:
+                links.append(link)
+    return links

@@ -1,0 +1,201 @@
+"""When to plan, when to stop, when to give up: the state machine around the planner (QuadPiPS section VII-A)."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.values.immutable import ImmutableValue
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest, StageStatus
+from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.robot_state import RobotState
+from quadpips_drake.values.safety_status import SafetyStatus
+
+_PUBLICATION_TIME = 0.05
+"""How long after its status a reference is published at the latest [s]."""
+PHASES = ("standing_up", "pausing", "planning", "walking", "recovering", "goal_reached", "no_plan")
+
+
+@dataclass
+class MonitorConfig:
+    """When the monitor reacts. What counts as unstable is decided by the safety monitor of the control stage."""
+
+    goal_tolerance: float = 0.20
+    """The goal is reached when the base is this close to it, in xy [m]."""
+    goal_lost: float = 0.30
+    """A robot that was at the goal sets out again when it is further away than this [m]."""
+    stand_up_time: float = 0.5
+    """Least time for standing up at the start [s]."""
+    stand_up_timeout: float = 4.0
+    """Time after which standing up counts as done even if the robot still moves [s]."""
+    pause: float = 0.2
+    """Time at rest between a completed reference and the next request [s] (0.5 in the release)."""
+    retry_pause: float = 0.5
+    """Time between a failed plan and the next request, for newer regions [s]."""
+    planning_timeout: float = 3.0
+    """A request without a reference for this long has failed [s]."""
+    max_failed_plans: int = 5
+    """As many failures in a row end in no_plan."""
+    near_end: float = 0.15
+    """A reference is completed when the base is this close to its last position [m] and its time is over."""
+    completion_timeout: float = 1.0
+    """... or this long after its time is over [s], wherever the base is."""
+    calm_joint_speed: float = 0.5
+    """A robot at rest moves no joint faster than this [rad/s]."""
+    calm_base_speed: float = 0.10
+    """... and its base no faster than this [m/s]."""
+
+    def __post_init__(self):
+        if not 0.0 < self.goal_tolerance <= self.goal_lost:
+            raise UserInputError("the monitor needs 0 < goal_tolerance <= goal_lost")
+        if self.max_failed_plans < 1:
+            raise UserInputError(f"max_failed_plans must be at least 1, not {self.max_failed_plans}")
+        for name in ("pause", "retry_pause", "planning_timeout", "completion_timeout"):
+            if getattr(self, name) < 0.0:
+                raise UserInputError(f"{name} must not be negative, is {getattr(self, name)}")
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """Everything that the monitor looks at."""
+
+    time: float
+    state: RobotState
+    reference: WholeBodyReference
+    foothold_plan: FootholdPlan
+    trajectory_status: StageStatus
+    goal: np.ndarray
+    safety: SafetyStatus = field(default_factory=SafetyStatus.empty)
+
+    @property
+    def distance_to_goal(self) -> float:
+        """Of the base, in xy [m]."""
+        return float(np.hypot(*(self.state.p_WB[:2] - self.goal)))
+
+
+@dataclass(frozen=True, eq=False)
+class Monitor(ImmutableValue):
+    """The monitor's memory."""
+
+    request: PlanRequest
+    phase: str = "standing_up"
+    reason: str = "standing up"
+    since: float = 0.0
+    """When the phase began [s]."""
+    wait: float = 0.0
+    """How long a pause lasts [s]."""
+    failing_since: float = np.inf
+    """Since when the trajectory stage has reported a failure of this request [s]; inf while it has not."""
+    calm_since: float = np.inf
+    """Since when the robot has been at rest [s]; inf while it is not."""
+    replans: int = 0
+    aborts: int = 0
+    failed_plans: int = 0
+    failed_in_a_row: int = 0
+
+
+def is_calm(state: RobotState, config: MonitorConfig) -> bool:
+    """Whether the robot is at rest."""
+    slow = np.abs(state.joint_velocities).max() < config.calm_joint_speed
+    return bool(slow and np.linalg.norm(state.v_WB) < config.calm_base_speed)
+
+
+def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **changes) -> Monitor:
+    return replace(monitor, phase=phase, since=time, reason=reason, **changes)
+
+
+def advance(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    """Returns the monitor's memory after looking at the situation ``now``."""
+    calm_since = min(monitor.calm_since, now.time) if is_calm(now.state, config) else np.inf
+    monitor = replace(monitor, calm_since=calm_since)
+    if now.safety.unstable and monitor.phase in ("pausing", "planning", "walking", "goal_reached"):
+        return _enter(monitor, "recovering", now.time, now.safety.reason, aborts=monitor.aborts + 1)
+    return _STEPS[monitor.phase](monitor, now, config)
+
+
+def _standing_up(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    lasted = now.time - monitor.since
+    if lasted >= config.stand_up_timeout or (lasted >= config.stand_up_time and np.isfinite(monitor.calm_since)):
+        return _pause(monitor, now, 0.0, "the robot stands", config)
+    return monitor
+
+
+def _pause(monitor: Monitor, now: Situation, wait: float, reason: str, config: MonitorConfig) -> Monitor:
+    """Rests before the next request; unless there is no need for one."""
+    if now.distance_to_goal <= config.goal_tolerance:
+        return _enter(monitor, "goal_reached", now.time, f"the base is {now.distance_to_goal:.2f} m from the goal")
+    return _enter(monitor, "pausing", now.time, reason, wait=wait)
+
+
+def _pausing(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    if now.time - monitor.since < monitor.wait - 1e-9:
+        return monitor
+    request = PlanRequest(monitor.request.id + 1, now.time, now.goal)
+    replans = monitor.replans + (monitor.request.id > 0)
+    return _enter(monitor, "planning", now.time, monitor.reason, request=request, replans=replans, failing_since=np.inf)
+
+
+def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    asked = monitor.request.id
+    if now.reference.request_id == asked and len(now.reference.times):
+        plan = now.foothold_plan
+        reason = f"{len(plan.swing_legs)} swings" if plan.request_id == asked else "a new reference"
+        return _enter(monitor, "walking", now.time, reason, failed_in_a_row=0)
+    if now.foothold_plan.request_id == asked and not now.foothold_plan.success:
+        return _fail(monitor, now, now.foothold_plan.reason, config)
+    if now.trajectory_status.request_id == asked and not now.trajectory_status.ok:
+        # That may also mean that the reference is shorter than the plan; then it is published in a moment.
+        if now.time - monitor.failing_since >= _PUBLICATION_TIME:
+            return _fail(monitor, now, now.trajectory_status.reason, config)
+        monitor = replace(monitor, failing_since=min(monitor.failing_since, now.time))
+    if now.time - monitor.since >= config.planning_timeout:
+        return _fail(monitor, now, f"no reference came within {config.planning_timeout:g} s", config)
+    return monitor
+
+
+def _fail(monitor: Monitor, now: Situation, reason: str, config: MonitorConfig) -> Monitor:
+    in_a_row = monitor.failed_in_a_row + 1
+    monitor = replace(monitor, failed_in_a_row=in_a_row, failed_plans=monitor.failed_plans + 1)
+    if in_a_row >= config.max_failed_plans:
+        return _enter(monitor, "no_plan", now.time, f"{in_a_row} plans in a row failed: {reason}")
+    return _pause(monitor, now, config.retry_pause, f"the plan failed: {reason}", config)
+
+
+def _walking(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    reference = now.reference
+    if reference.request_id != monitor.request.id or not len(reference.times):
+        return _pause(monitor, now, config.pause, "the reference was dropped", config)
+    late = now.time - float(reference.times[-1])
+    distance = float(np.linalg.norm(now.state.p_WB - reference.states[-1, 6:9]))
+    if late >= 0.0 and distance <= config.near_end:
+        return _pause(monitor, now, config.pause, "the reference is completed", config)
+    if late >= config.completion_timeout:
+        return _pause(monitor, now, config.pause, f"the reference ended {distance:.2f} m away", config)
+    return monitor
+
+
+def _recovering(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    if now.safety.unstable:
+        return monitor
+    return _pause(monitor, now, 0.0, f"recovered after: {monitor.reason}", config)
+
+
+def _goal_reached(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    if now.distance_to_goal > config.goal_lost:
+        return _pause(monitor, now, config.pause, "the goal was lost", config)
+    return monitor
+
+
+def _no_plan(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    return monitor
+
+
+_STEPS = {
+    "standing_up": _standing_up,
+    "pausing": _pausing,
+    "planning": _planning,
+    "walking": _walking,
+    "recovering": _recovering,
+    "goal_reached": _goal_reached,
+    "no_plan": _no_plan,
+}

@@ -1,0 +1,228 @@
+"""From a foothold plan to a whole-body reference: a chain of swing optimisations (QuadPiPS section VI-D)."""
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.robots.robot_model import RobotModel
+from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
+from quadpips_drake.trajectory.ocp.optimal_control_problem import OcpConfig, OptimalControlProblem
+from quadpips_drake.trajectory.ocp.tracking_task import Guess, joined_tasks
+from quadpips_drake.trajectory.swing.swing_task import SwingSetup, make_swing_task
+from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig
+from quadpips_drake.trajectory.swing.target_configuration import TargetConfig, find_target, foot_centers
+from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.plans import FootholdPlan
+from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
+from quadpips_drake.values.swing_plan import SwingPlan, SwingReport
+
+
+@dataclass
+class SwingOptimizerConfig:
+    """How swings are optimised."""
+
+    ocp: OcpConfig = field(default_factory=lambda: OcpConfig(friction=0.6, swing_error_gain=20.0))
+    """Of the optimal control problem."""
+    swing: SwingConfig = field(default_factory=SwingConfig)
+    """Shape of the swings."""
+    target: TargetConfig = field(default_factory=TargetConfig)
+    """How target configurations are found."""
+    time_step: float = 0.01
+    """Distance of knots [s]."""
+    max_iterations: int = 25
+    """SQP iterations for one swing [-]."""
+    tolerance: float = 1e-4
+    """Convergence tolerance of the SQP [-]."""
+    max_landing_error: float = 0.04
+    """A foot that lands farther from its foothold [m] ends the plan before that swing."""
+    max_violation: float = 1e-2
+    """An unconverged solution with less constraint violation than this is still used [-]."""
+    refinement_iterations: int = 1
+    """SQP iterations over the whole plan at once, after its swings; 0 leaves the swings as they are [-]."""
+    carry_momentum: bool = True
+    """Whether the base keeps moving from swing to swing, at the mean velocity of the neighbouring stances; else it stops."""
+
+    def __post_init__(self):
+        if self.time_step <= 0 or self.max_iterations < 1 or self.tolerance <= 0:
+            raise UserInputError("swing optimiser: time_step and tolerance must be > 0, max_iterations >= 1")
+
+
+class SwingOptimizer:
+    """Optimises the swings of a foothold plan one after the other; each starts where the last one ended.
+
+    When the SQP does not converge to a feasible point, or a foot would miss its foothold, the swing's kinematic reference
+    (cubic base motion, splines, inverse kinematics) takes its place if all legs reach; it is counted as a fallback. A target
+    that no leg configuration reaches, or a foot that misses even so, ends the plan before that swing, with the reason.
+    """
+
+    def __init__(self, robot: RobotModel, config: SwingOptimizerConfig | None = None):
+        self.robot = robot
+        self.config = config or SwingOptimizerConfig()
+        self.model = CentroidalModel(robot, self.config.ocp.model)
+        self._problems: dict[int, OptimalControlProblem] = {}
+
+    def optimize(self, x0, plan: FootholdPlan, stamp: float = 0.0) -> SwingPlan:
+        """Returns the reference from state ``x0`` (24,) along ``plan``."""
+        if not plan.success:
+            return SwingPlan.without_motion(stamp, plan.request_id, plan.reason or "empty foothold plan")
+        x = np.array(x0, dtype=float)
+        setups, reason = self._setups(x, plan)
+        pieces, tasks, reports = [], [], []
+        for setup in setups:
+            task, piece, report = self._swing(x, setup)
+            reports.append(report)
+            if not report.used:
+                reason = f"swing {len(reports)} ({_names(setup.legs)}): {report.status}"
+                break
+            pieces.append(piece)
+            tasks.append(task)
+            x = piece[0][-1]
+        fields = {"reports": tuple(reports), "planned": len(plan.swing_legs), "reason": reason}
+        if not pieces:
+            return SwingPlan.without_motion(stamp, plan.request_id, **fields)
+        setups = setups[: len(pieces)]
+        start = time.perf_counter()
+        refined = self._refine(tasks, pieces, setups)
+        fields |= {"refined": refined is not None, "refinement_time": time.perf_counter() - start}
+        states = np.concatenate([*(piece[0][:-1] for piece in pieces), pieces[-1][0][-1:]])
+        states, inputs = refined or (states, np.concatenate([piece[1] for piece in pieces]))
+        return SwingPlan(_assemble(states, inputs, setups, plan, stamp), **fields)
+
+    def _setups(self, x, plan):
+        """Returns the SwingSetups up to the first target out of reach, and why they end there."""
+        feet = [foot_centers(stance, self.robot.foot_radius) for stance in plan.stances]
+        targets, reason, guess = [], "", x[12:]
+        for k, legs in enumerate(plan.swing_legs):
+            stance = plan.stances[k + 1]
+            target = find_target(self.robot, stance.p_WB, stance.rpy_WB, feet[k + 1], self.config.target, guess)
+            if not target.reached:
+                reason = f"swing {k + 1} ({_names(legs)}): no configuration reaches with {_names(target.unreached)}"
+                break
+            targets.append(target)
+            guess = target.joints
+        duration = plan.swing_duration + plan.stance_duration
+        positions = np.array([x[6:9], *(target.p_WB for target in targets)])
+        velocities = self._boundary_velocities(x, positions, duration)
+        liftoff = 0.5 * plan.stance_duration
+        return [
+            SwingSetup(
+                legs=tuple(plan.swing_legs[k]),
+                liftoff_time=liftoff,
+                touchdown_time=liftoff + plan.swing_duration,
+                duration=duration,
+                num_knots=max(2, round(duration / self.config.time_step)),
+                targets=feet[k + 1],
+                normals=np.array([plan.stances[k].normals, plan.stances[k + 1].normals]),
+                regions=plan.stances[k + 1].regions,
+                ground=_regions_around(plan, k),
+                end=target,
+                start_velocity=velocities[k],
+                end_velocity=velocities[k + 1],
+            )
+            for k, target in enumerate(targets)
+        ], reason
+
+    def _boundary_velocities(self, x, positions, duration):
+        """Base velocities at the beginning, between swings and at the end, (n + 1, 3)."""
+        velocities = np.zeros_like(positions)
+        velocities[0] = x[0:3]
+        if self.config.carry_momentum and len(positions) > 2:
+            velocities[1:-1] = (positions[2:] - positions[:-2]) / (2.0 * duration)
+        return velocities
+
+    def _swing(self, x, setup):
+        """Returns the TrackingTask, (states, inputs) and the SwingReport."""
+        start = time.perf_counter()
+        task, reached = make_swing_task(self.model, x, setup, self.config.swing)
+        problem = self._problem(setup.num_knots)
+        solution = problem.solve(x, task, None, self.config.max_iterations, self.config.tolerance)
+        piece, status = (solution.X, solution.U), "converged"
+        if not solution.success:
+            status = "unconverged"
+            if not np.all(np.isfinite(solution.X)) or solution.constraint_violation > self.config.max_violation:
+                piece, status = (task.x_ref, task.u_ref), "kinematic"
+                if not reached:
+                    status = f"optimisation failed ({solution.status}) and the legs do not reach"
+        landing = self._landing_error(piece[0][-1], setup)
+        if landing > self.config.max_landing_error and reached:
+            # The optimiser gave the foothold up for something else; the kinematic reference lands on it.
+            piece, status = (task.x_ref, task.u_ref), "kinematic"
+            landing = self._landing_error(piece[0][-1], setup)
+        if landing > self.config.max_landing_error:
+            status = f"a foot would land {100 * landing:.1f} cm from its foothold"
+        report = SwingReport(
+            setup.legs,
+            status,
+            solution.iterations,
+            solution.cost,
+            solution.constraint_violation,
+            landing,
+            time.perf_counter() - start,
+        )
+        return task, piece, report
+
+    def _refine(self, tasks, pieces, setups):
+        """Returns states and inputs of the whole plan after some more iterations over all swings at once, or None.
+
+        The swings were optimised one by one, each up to its own end; now each may prepare for the next (the refinement of
+        QuadPiPS section VI-D). What that would spoil is left as it was.
+        """
+        if self.config.refinement_iterations == 0 or len(pieces) < 2:
+            return None
+        task = joined_tasks(tasks)
+        guess = Guess(
+            np.concatenate([*(piece[0][:-1] for piece in pieces), pieces[-1][0][-1:]]),
+            np.concatenate([piece[1] for piece in pieces]),
+            task.times,
+        )
+        problem = self._problem(task.num_knots)
+        solution = problem.solve(guess.X[0], task, guess, self.config.refinement_iterations, self.config.tolerance)
+        ends = np.cumsum([setup.num_knots for setup in setups])
+        errors = [self._landing_error(solution.X[end], setup) for end, setup in zip(ends, setups, strict=True)]
+        usable = solution.constraint_violation <= self.config.max_violation and solution.iterations > 0
+        return (solution.X, solution.U) if usable and max(errors) <= self.config.max_landing_error else None
+
+    def _problem(self, num_knots):
+        if num_knots not in self._problems:
+            self._problems[num_knots] = OptimalControlProblem(self.model, self.config.ocp, num_knots)
+        return self._problems[num_knots]
+
+    def _landing_error(self, x, setup):
+        feet = self.model.foot_positions(x)
+        return float(max(np.linalg.norm(feet[leg] - setup.targets[leg]) for leg in setup.legs))
+
+
+def _assemble(states, inputs, setups, plan, stamp):
+    """Puts the solutions on one clock."""
+    times, events, footholds, stance, start = [np.zeros(1)], [], [], [np.ones(4, dtype=bool)], 0.0
+    for setup in setups:
+        times.append(start + setup.times[1:])
+        lifted, landed = start + setup.liftoff_time, start + setup.touchdown_time
+        events += [lifted, landed]
+        stance += [~np.isin(np.arange(4), setup.legs), np.ones(4, dtype=bool)]
+        for leg in setup.legs:
+            position, normal = setup.targets[leg], setup.normals[1, leg]
+            footholds.append(FootholdTarget(leg, lifted, landed, position, normal, setup.regions[leg], setup.ground))
+        start += setup.duration
+    return WholeBodyReference(
+        stamp,
+        plan.request_id,
+        np.concatenate(times),
+        states,
+        np.vstack((inputs, inputs[-1:])),
+        ContactSchedule(np.array(events), np.array(stance)),
+        tuple(footholds),
+    )
+
+
+def _regions_around(plan, swing):
+    """The regions under the feet from the stance before the swing's own to the one after, each once."""
+    stances = plan.stances[max(0, swing - 1) : swing + 3]
+    found = {id(region): region for stance in stances for region in stance.regions if region is not None}
+    return tuple(found.values())
+
+
+def _names(legs) -> str:
+    return "+".join(leg.name for leg in legs)

@@ -1,0 +1,145 @@
+"""The path of a swinging foot: two quintic pieces over an apex (OCS2's swing planner as used by QuadPiPS, section VI-D)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.trajectory.swing.swing_kernels import (
+    APEX_PART,
+    clearing_pieces,
+    evaluate_swing,
+    sample_swing,
+    swing_pieces,
+)
+
+_UP = np.array([0.0, 0.0, 1.0])
+_BLEND_START, _BLEND_END = 0.25, 0.75
+"""Phases between which the normal turns from lift-off's to touch-down's."""
+_RISE_LIMIT = 2.0
+"""An apex rises by at most so many times its height to clear the ground."""
+
+
+@dataclass
+class SwingConfig:
+    """Shape of swings; defaults as in the authors' release."""
+
+    apex_height: float = 0.08
+    """Height of the apex over the line from lift-off to touch-down [m]."""
+    liftoff_velocity: float = 0.2
+    """Velocity along the normal when the foot leaves [m/s]."""
+    touchdown_velocity: float = -0.4
+    """Velocity along the normal when the foot lands [m/s]."""
+    time_scale: float = 0.15
+    """Swings shorter than this [s] have their apex and end velocities scaled down in proportion."""
+    clearance: float = 0.02
+    """Least distance to the ground between the ends, where the way there is known or expected [m]."""
+
+    def __post_init__(self):
+        if min(self.apex_height, self.clearance) < 0 or self.time_scale <= 0:
+            raise UserInputError("swing.apex_height and swing.clearance must be >= 0 and swing.time_scale > 0")
+        if self.liftoff_velocity < 0 or self.touchdown_velocity > 0:
+            raise UserInputError("swing.liftoff_velocity must be >= 0 and swing.touchdown_velocity <= 0")
+
+
+class SwingSpline:
+    """Foot centre over one swing, from ``p0`` at ``t0`` to ``p1`` at ``t1``; at rest outside. Immutable; frame W.
+
+    Position and velocity are continuous at the apex, the acceleration vanishes there and at both ends. With a ``profile`` of
+    the ground (see ground_profile) the apex rises, and moves along the way if need be, until the foot clears it.
+    """
+
+    def __init__(
+        self,
+        p0,
+        p1,
+        t0: float,
+        t1: float,
+        apex_height: float = 0.08,
+        n0=_UP,
+        n1=_UP,
+        *,
+        liftoff_velocity: float = 0.2,
+        touchdown_velocity: float = -0.4,
+        time_scale: float = 0.15,
+        profile=None,
+        clearance: float = 0.02,
+    ):
+        """
+        Args:
+            p0, p1: foot centre at lift-off and touch-down [m], (3,).
+            t0, t1: their times [s], t0 < t1.
+            apex_height: over the chord [m].
+            n0, n1: upward unit normals of the ground there, (3,).
+            liftoff_velocity, touchdown_velocity: along these normals [m/s].
+            time_scale: shorter swings [s] are flattened in proportion.
+            profile: lowest admissible heights of the foot centre at equal parts of the way [m], (n,); None: none.
+            clearance: wanted on top of them between the ends [m].
+        """
+        if not t1 > t0:
+            raise ValueError(f"a swing must end after it began, not from {t0} to {t1}")
+        self.start_time, self.end_time = float(t0), float(t1)
+        self.start_point, self.end_point = np.array(p0, dtype=float), np.array(p1, dtype=float)
+        self.normals = np.array((n0, n1), dtype=float)
+        duration = self.end_time - self.start_time
+        shrink = min(1.0, duration / time_scale)
+        v0, v1 = shrink * liftoff_velocity * self.normals[0], shrink * touchdown_velocity * self.normals[1]
+        shape = self.start_point, v0, self.end_point, v1, duration, shrink * apex_height
+        if profile is None:
+            coefficients = swing_pieces(*shape, APEX_PART)
+        else:
+            coefficients = clearing_pieces(*shape, profile, shrink * clearance, _RISE_LIMIT * apex_height)
+        self._path = coefficients, 0.5 * duration, self.start_time, self.end_time, self.start_point, self.end_point
+
+    @staticmethod
+    def plan(t0, t1, p0, p1, normal=_UP, config: SwingConfig | None = None, *, liftoff_normal=_UP, profile=None):
+        """Returns the swing that ``config`` shapes; ``normal`` is that of the ground at touch-down."""
+        config = config or SwingConfig()
+        return SwingSpline(
+            p0,
+            p1,
+            t0,
+            t1,
+            config.apex_height,
+            liftoff_normal,
+            normal,
+            liftoff_velocity=config.liftoff_velocity,
+            touchdown_velocity=config.touchdown_velocity,
+            time_scale=config.time_scale,
+            profile=profile,
+            clearance=config.clearance,
+        )
+
+    def evaluate(self, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Returns position [m], velocity [m/s] and acceleration [m/s^2] at the time ``t`` [s], (3,) each."""
+        out = np.empty((3, 3))
+        evaluate_swing(*self._path, float(t), out)
+        return out[0], out[1], out[2]
+
+    def sample(self, times) -> np.ndarray:
+        """Position, velocity and acceleration at ``times`` (n,), as (n, 3, 3): moment, derivative, axis."""
+        return sample_swing(*self._path, np.ascontiguousarray(times, dtype=float))
+
+    def position(self, t) -> np.ndarray:
+        """Position [m] at one time (3,) or several (n, 3)."""
+        return self._derivative(t, 0)
+
+    def velocity(self, t) -> np.ndarray:
+        """Velocity [m/s] at one time (3,) or several (n, 3)."""
+        return self._derivative(t, 1)
+
+    def acceleration(self, t) -> np.ndarray:
+        """Acceleration [m/s^2] at one time (3,) or several (n, 3)."""
+        return self._derivative(t, 2)
+
+    def normal(self, t: float) -> np.ndarray:
+        """Unit normal (3,) along which the foot is held to the spline: turns smoothly from lift-off's to touch-down's."""
+        phase = (t - self.start_time) / (self.end_time - self.start_time)
+        s = np.clip((phase - _BLEND_START) / (_BLEND_END - _BLEND_START), 0.0, 1.0)
+        part = s * s * (3.0 - 2.0 * s)
+        blend = (1.0 - part) * self.normals[0] + part * self.normals[1]
+        return blend / np.linalg.norm(blend)
+
+    def _derivative(self, t, order):
+        values = self.sample(np.atleast_1d(t))[:, order]
+        return values[0] if np.ndim(t) == 0 else values

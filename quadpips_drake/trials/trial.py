@@ -1,0 +1,100 @@
+"""One trial: a robot, a terrain, a planner and a seed, simulated until the judge says that it is over."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram
+from quadpips_drake.errors import UserInputError, unknown_name
+from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.supervision.replan_monitor import PHASES
+from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.timing import StageTimings
+from quadpips_drake.trials.foothold_statistics import foothold_statistics
+from quadpips_drake.trials.judge import TrialJudge, Verdict
+from quadpips_drake.trials.result import TrialResult
+from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, record_trial
+
+PLANNERS = ("quadpips",)
+
+
+@dataclass
+class TrialConfig(SimulationConfig):
+    """Everything that decides a trial; saved as config.yaml."""
+
+    terrain: str = "stepping_stones"
+    """Name in the library, or path of a terrain file."""
+    planner: str = "quadpips"
+    goal: list[float] = field(default_factory=list)
+    """x, y [m]; empty: the terrain's own goal."""
+    stages: QuadpipsConfig = field(default_factory=QuadpipsConfig)
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.planner not in PLANNERS:
+            raise unknown_name("planner", self.planner, PLANNERS)
+        if self.goal and len(self.goal) != 2:
+            raise UserInputError("goal must be X,Y (m)")
+        if not np.isfinite(self.goal).all():
+            raise UserInputError("goal must consist of finite numbers")
+
+
+class Trial(SimulatedTrial):
+    """The robot walks to the goal by its own eyes."""
+
+    SUCCESS = "goal_reached"
+
+    def __init__(self, config: TrialConfig, *, meshcat=None):
+        """Loads and builds everything; raises UserInputError when something that was asked for cannot be had."""
+        robot = load_robot(config.robot)
+        terrain = load_terrain(config.terrain, seed=config.seed, start=config.start or None, goal=config.goal or None)
+        problem = terrain.problem_with_start(robot.nominal_footholds_B[:, :2]) or terrain.problem_with_goal()
+        if problem:
+            raise UserInputError(problem)
+        timings = StageTimings()
+        diagram = QuadpipsDiagram(robot, terrain, config.stages, seed=config.seed, timings=timings, meshcat=meshcat)
+        super().__init__(config, terrain, diagram, timings, TrialJudge(terrain, config.judge))
+        self._swing_plans: dict = {}
+
+    def sample(self) -> Verdict | None:
+        """Logs the present moment and judges it."""
+        observation = self.diagram.observe(self.context)
+        state = observation.robot_state
+        self._swing_plans[observation.swing_plan.reference.request_id] = observation.swing_plan
+        self.log.append(state, observation.foot_positions, observation.reference, phase=PHASES.index(observation.phase))
+        initial = np.linalg.norm(self.start[:2] - np.asarray(self.terrain.goal))
+        self.note_progress(state.stamp, 1.0 - self.judge.distance_to_goal(state) / max(initial, 1e-9))
+        bottoms = observation.foot_positions - np.array([0.0, 0.0, self.robot.foot_radius])
+        verdict = self.judge(state, bottoms, observation.body_touches)
+        if verdict is None and observation.gave_up:
+            verdict = Verdict("no_plan", observation.gave_up)
+        return verdict
+
+    def time_is_up(self) -> Verdict:
+        """The goal has not been reached."""
+        return Verdict("timeout", f"the goal was not reached within {self.config.duration:g} s")
+
+    def result(self, **more) -> TrialResult:
+        """Returns what is known so far."""
+        observation = self.diagram.observe(self.context)
+        arrays = self.log.arrays()
+        swing_fallbacks = sum(plan.fallbacks for plan in self._swing_plans.values())
+        if len(self.log):
+            feet = arrays["foot_positions"]
+            more["footholds"] = foothold_statistics(self.log.references, arrays["time"], feet, arrays["contacts"])
+        return super().result(
+            planner=self.config.planner,
+            distance_to_goal=round(self.judge.distance_to_goal(observation.robot_state), 4),
+            replans=observation.replans,
+            fallbacks={**observation.fallbacks, "swing_trajectory": swing_fallbacks},
+            **more,
+        )
+
+
+def run_trial(
+    config: TrialConfig, out: Path, *, recording: bool = True, meshcat=None, progress: Callable[[float], None] | None = None
+) -> TrialResult:
+    """Runs a trial and writes its files into ``out``; see ``record_trial``."""
+    return record_trial(Trial, config, out, recording=recording, meshcat=meshcat, progress=progress)

@@ -1,0 +1,133 @@
+"""A walk by velocity command: simulated until the robot falls or the time is up."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from quadpips_drake.control.references.walk_command import WalkCommand, check_commands
+from quadpips_drake.diagrams.walk import Walk, WalkConfig
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.faults.push_system import Push, check_pushes, force_at
+from quadpips_drake.gaits.gaits import GAITS
+from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.timing import StageTimings
+from quadpips_drake.trials.foothold_statistics import foothold_statistics
+from quadpips_drake.trials.judge import TrialJudge, Verdict
+from quadpips_drake.trials.result import TrialResult
+from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, record_trial
+from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
+
+
+@dataclass
+class WalkTrialConfig(SimulationConfig):
+    """Everything that decides a walk; saved as config.yaml."""
+
+    gait: str = "trot"
+    velocity: list[float] = field(default_factory=lambda: [0.3, 0.0, 0.0])
+    """Forward, left [m/s], yaw rate [rad/s] in the robot's heading frame."""
+    settle_time: float = 0.5
+    """How long the robot stands before the walk begins [s]."""
+    duration: float = 10.0
+    """Simulated time [s]."""
+    changes: list[WalkCommand] = field(default_factory=list)
+    """Other gaits and velocities later on."""
+    pushes: list[Push] = field(default_factory=list)
+    stages: WalkConfig = field(default_factory=WalkConfig)
+
+    def __post_init__(self):
+        super().__post_init__()
+        if not self.settle_time >= 0.0:
+            raise UserInputError("settle_time must not be negative")
+        check_commands(self.commands)
+        check_pushes(self.pushes)
+
+    @property
+    def commands(self) -> list[WalkCommand]:
+        """All commands in order."""
+        return [WalkCommand(self.settle_time, self.gait, list(self.velocity)), *self.changes]
+
+
+class WalkTrial(SimulatedTrial):
+    """The robot does as it is told, and must not fall."""
+
+    SUCCESS = "upright"
+
+    def __init__(self, config: WalkTrialConfig, *, meshcat=None, panel: bool = False):
+        """Loads and builds everything; raises UserInputError when something that was asked for cannot be had.
+
+        Args:
+            config: what to run.
+            meshcat: where to draw.
+            panel: whether commands come from sliders in Meshcat; then the simulation keeps to real time.
+        """
+        robot = load_robot(config.robot)
+        terrain = load_terrain(config.terrain, seed=config.seed, start=config.start or None)
+        problem = terrain.problem_with_start(robot.nominal_footholds_B[:, :2])
+        if problem:
+            raise UserInputError(problem)
+        timings = StageTimings()
+        diagram = Walk(
+            robot,
+            terrain,
+            config.commands,
+            config.stages,
+            pushes=config.pushes,
+            timings=timings,
+            meshcat=meshcat,
+            panel=panel,
+        )
+        super().__init__(config, terrain, diagram, timings, TrialJudge(terrain, config.judge, has_goal=False))
+        self.log.keep_references = False
+        self._footholds = FootholdBook()
+        if panel:
+            self.simulator.set_target_realtime_rate(1.0)
+
+    def sample(self) -> Verdict | None:
+        """Logs the present moment and judges it."""
+        seen = self.diagram.observe(self.context)
+        state = seen.robot_state
+        self._footholds.note(seen.reference, state.stamp)
+        self.log.append(
+            state,
+            seen.foot_positions,
+            seen.reference,
+            velocity_command=seen.velocity_command,
+            gait=list(GAITS).index(seen.gait),
+            push=force_at(self.config.pushes, state.stamp),
+            planned_forces=seen.planned_forces,
+            foot_modes=seen.foot_modes,
+        )
+        self.note_progress(state.stamp, state.stamp / self.config.duration)
+        bottoms = seen.foot_positions - np.array([0.0, 0.0, self.robot.foot_radius])
+        return self.judge(state, bottoms, seen.body_touches)
+
+    def time_is_up(self) -> Verdict:
+        """The robot has not fallen."""
+        return Verdict("upright", "")
+
+    def result(self, **more) -> TrialResult:
+        """Returns what is known so far."""
+        seen = self.diagram.observe(self.context)
+        if len(self.log):
+            self.log.references = [self._footholds.reference(seen.robot_state.stamp)]
+            arrays = self.log.arrays()
+            feet, contacts = arrays["foot_positions"], arrays["contacts"]
+            more["footholds"] = foothold_statistics(self.log.references, arrays["time"], feet, contacts)
+            more["walk"] = walk_statistics(arrays, self.config.commands)
+        return super().result(fallbacks=seen.fallbacks, **more)
+
+
+def run_walk(
+    config: WalkTrialConfig,
+    out: Path,
+    *,
+    recording: bool = True,
+    meshcat=None,
+    progress: Callable[[float], None] | None = None,
+    panel: bool = False,
+) -> TrialResult:
+    """Runs a walk and writes its files into ``out``; see ``record_trial``. ``panel``: see WalkTrial."""
+    return record_trial(WalkTrial, config, out, recording=recording, meshcat=meshcat, progress=progress, panel=panel)

@@ -1,0 +1,49 @@
+"""When each foot is on the ground."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quadpips_drake.values.immutable import ImmutableValue
+from quadpips_drake.values.legs import NUM_LEGS, Leg
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSchedule(ImmutableValue):
+    """Which feet are on the ground, when. ``stance[i]`` holds from ``event_times[i - 1]`` to ``event_times[i]``."""
+
+    event_times: np.ndarray
+    """Increasing times at which the set of stance feet changes [s], shape (m - 1,)."""
+    stance: np.ndarray
+    """bool, shape (m, 4): the first row holds before the first event, the last row after the last one."""
+
+    def at(self, time: float) -> np.ndarray:
+        """Stance flags, bool (4,), at ``time``; an event belongs to the mode that it begins."""
+        return self.stance[np.searchsorted(self.event_times, time, side="right")]
+
+    def swings(self, leg: Leg) -> list[tuple[float, float]]:
+        """Intervals (lift-off, touch-down) in which ``leg`` swings, in order; +-inf where the schedule starts or ends so."""
+        bounds = np.concatenate(([-np.inf], self.event_times, [np.inf]))
+        intervals: list[tuple[float, float]] = []
+        for i, down in enumerate(self.stance[:, leg]):
+            if down:
+                continue
+            if intervals and intervals[-1][1] == bounds[i]:
+                intervals[-1] = (intervals[-1][0], bounds[i + 1])
+            else:
+                intervals.append((bounds[i], bounds[i + 1]))
+        return intervals
+
+    def shifted(self, offset: float) -> "ContactSchedule":
+        """The same schedule, ``offset`` seconds later."""
+        return ContactSchedule(self.event_times + offset, self.stance)
+
+    @staticmethod
+    def empty() -> "ContactSchedule":
+        """Nothing is planned: stand."""
+        return ContactSchedule.standing()
+
+    @staticmethod
+    def standing() -> "ContactSchedule":
+        """All feet down for ever."""
+        return ContactSchedule(np.zeros(0), np.ones((1, NUM_LEGS), dtype=bool))

@@ -1,0 +1,78 @@
+"""The whole-body reference: what planning hands to tracking."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.immutable import ImmutableValue
+from quadpips_drake.values.legs import Leg
+
+
+@dataclass(frozen=True, eq=False)
+class FootholdTarget(ImmutableValue):
+    """Where one foot comes down, and when; frame W."""
+
+    leg: Leg
+    liftoff_time: float
+    """[s]"""
+    touchdown_time: float
+    """[s]"""
+    position: np.ndarray
+    """Centre of the foot sphere at touch-down [m], (3,): ground point + foot radius * normal."""
+    normal: np.ndarray
+    """Upward unit normal of the ground there, (3,)."""
+    region: object = None
+    """The PlanarRegion, or None on ground that nothing is known about."""
+    ground: tuple = ()
+    """PlanarRegions that the foot may pass over on its way there; empty: nothing is known."""
+
+
+@dataclass(frozen=True, eq=False)
+class WholeBodyReference(ImmutableValue):
+    """States and inputs of the centroidal model over time, with contacts and footholds (QuadPiPS section VII-A).
+
+    State x (24): linear momentum / mass [m/s], angular momentum about the centre of mass / mass [m^2/s] (both in W), base
+    position p_WB [m], roll-pitch-yaw [rad], joints [rad]. Input u (24): ground force on each foot in W [N] (12), joint
+    velocities [rad/s] (12).
+    """
+
+    stamp: float
+    """Time of publication [s]."""
+    request_id: int
+    times: np.ndarray
+    """Absolute times of the samples [s], (n,), increasing."""
+    states: np.ndarray
+    """(n, 24)"""
+    inputs: np.ndarray
+    """(n, 24)"""
+    schedule: ContactSchedule
+    """In absolute time."""
+    footholds: tuple = ()
+    """FootholdTargets in order of touch-down, absolute times."""
+
+    @staticmethod
+    def empty(stamp: float = -np.inf) -> "WholeBodyReference":
+        """Asks for standing where one is: no samples, and the request id 0."""
+        nothing = np.zeros((0, 24))
+        return WholeBodyReference(stamp, 0, np.zeros(0), nothing, nothing, ContactSchedule.standing())
+
+    @property
+    def end_time(self) -> float:
+        return float(self.times[-1])
+
+    def shifted(self, offset: float, stamp: float) -> "WholeBodyReference":
+        """The same reference, ``offset`` seconds later, published at ``stamp``."""
+        footholds = tuple(
+            replace(f, liftoff_time=f.liftoff_time + offset, touchdown_time=f.touchdown_time + offset)
+            for f in self.footholds
+        )
+        return WholeBodyReference(
+            stamp, self.request_id, self.times + offset, self.states, self.inputs, self.schedule.shifted(offset), footholds
+        )
+
+    def with_raised_footholds(self, height: float) -> "WholeBodyReference":
+        """The same reference, with feet that come down ``height`` [m] higher."""
+        offset = np.array([0.0, 0.0, height])
+        footholds = tuple(replace(f, position=f.position + offset) for f in self.footholds)
+        return replace(self, footholds=footholds)

@@ -1,0 +1,53 @@
+"""Planar convex regions: what perception hands to planning."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from quadpips_drake.values.immutable import ImmutableValue
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarRegion(ImmutableValue):
+    """A convex planar patch of ground that may carry a foot.
+
+    Frame R lies in the plane, its z axis is the upward normal, its origin is inside the inset polygon. The origin is also
+    the foothold candidate of the region (the point of the ground under the foot sphere).
+    """
+
+    id: int
+    """Unique in its set. A region keeps its id from frame to frame as long as it is the same piece of ground; other ground
+    never gets it again."""
+    X_WR: np.ndarray
+    """Pose of the region frame R in the world, homogeneous matrix (4, 4)."""
+    boundary: np.ndarray
+    """Convex hull [m], shape (n, 2), in the xy plane of R, counter-clockwise."""
+    inset: np.ndarray
+    """Convex polygon [m], shape (m, 2), counter-clockwise: the boundary shrunk by foot radius and margin."""
+    label: int = 0
+    """A steppability label (see values.steppability): 0 is unknown."""
+
+    @property
+    def center(self) -> np.ndarray:
+        """Origin of R in the world [m], shape (3,)."""
+        return self.X_WR[:3, 3]
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Upward unit normal in the world, shape (3,)."""
+        return self.X_WR[:3, 2]
+
+
+@dataclass(frozen=True, eq=False)
+class RegionSet(ImmutableValue):
+    """All regions known at one time; frame W."""
+
+    stamp: float
+    """Time of the newest image behind it [s]."""
+    regions: tuple = ()
+    """Tuple of PlanarRegion."""
+
+    @staticmethod
+    def empty() -> "RegionSet":
+        """Nothing was seen yet."""
+        return RegionSet(-np.inf)

@@ -1,0 +1,150 @@
+"""The monitor's state machine, event by event."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance
+from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest, StageStatus, Stance
+from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.safety_status import SafetyStatus
+from tests.planning import worlds
+
+ROBOT = load_robot("anymal_c")
+CONFIG = MonitorConfig()
+GOAL = np.array([2.0, 0.0])
+REST = worlds.standing_state(ROBOT)
+STANCE = Stance(np.zeros((4, 3)), np.zeros((4, 3)), (), np.zeros(3), np.zeros(3))
+
+
+def no_reference():
+    nothing = np.zeros((0, 24))
+    return WholeBodyReference(0.0, 0, np.zeros(0), nothing, nothing, ContactSchedule.standing())
+
+
+def reference(request_id, end_time, x):
+    states = np.zeros((2, 24))
+    states[-1, 6:9] = [x, 0.0, ROBOT.nominal_base_height]
+    times = np.array([end_time - 1.0, end_time])
+    return WholeBodyReference(0.0, request_id, times, states, np.zeros((2, 24)), ContactSchedule.standing())
+
+
+class Story:
+    """Tells the monitor what happens, ten times a second."""
+
+    def __init__(self, config=CONFIG):
+        self.config = config
+        self.monitor = Monitor(PlanRequest(0, 0.0, GOAL))
+        self.now = Situation(0.0, REST, no_reference(), FootholdPlan(0.0, 0), StageStatus(0.0, 0, True), GOAL)
+
+    def goes_on(self, seconds, **changes):
+        self.now = replace(self.now, **changes)
+        for _ in range(round(10 * seconds)):
+            self.monitor = advance(self.monitor, self.now, self.config)
+            self.now = replace(self.now, time=self.now.time + 0.1)
+        return self.monitor
+
+    def until_planning(self):
+        for _ in range(60):
+            if self.goes_on(0.1).phase == "planning":
+                return self.monitor.request.id
+        raise AssertionError(f"still {self.monitor.phase}: {self.monitor.reason}")
+
+    def until_walking(self, x=1.0):
+        request_id = self.until_planning()
+        return self.goes_on(0.1, reference=reference(request_id, self.now.time + 2.0, x))
+
+
+def moving(**changes):
+    return replace(REST, **changes)
+
+
+def test_waits_until_the_robot_stands():
+    story = Story()
+    shaking = moving(joint_velocities=np.full(12, 2.0))
+    assert story.goes_on(2.0, state=shaking).phase == "standing_up"
+    assert story.goes_on(0.2, state=REST).phase in ("pausing", "planning")
+    restless = Story()
+    assert restless.goes_on(4.3, state=shaking).phase in ("pausing", "planning")
+
+
+def test_replans_after_a_completed_reference():
+    story = Story()
+    assert story.until_walking().phase == "walking"
+    assert story.goes_on(1.5, state=moving(p_WB=np.array([0.5, 0.0, 0.58]))).phase == "walking"
+    story.goes_on(1.0, state=moving(p_WB=np.array([0.95, 0.0, 0.58])))
+    assert story.monitor.phase == "planning" and story.monitor.request.id == 2 and story.monitor.replans == 1
+
+
+def test_replans_when_the_reference_ended_elsewhere():
+    story = Story()
+    story.until_walking()
+    assert story.goes_on(2.5).phase == "walking"
+    story.goes_on(0.8)
+    assert story.monitor.phase in ("pausing", "planning") and "away" in story.monitor.reason
+
+
+def test_reaches_the_goal_and_sets_out_again_when_pushed_away():
+    story = Story()
+    story.until_walking(x=1.9)
+    assert story.goes_on(3.0, state=moving(p_WB=np.array([1.9, 0.05, 0.58]))).phase == "goal_reached"
+    assert story.goes_on(1.0, state=moving(p_WB=np.array([1.75, 0.05, 0.58]))).phase == "goal_reached"
+    assert story.goes_on(1.0, state=moving(p_WB=np.array([1.5, 0.0, 0.58]))).phase == "planning"
+
+
+@pytest.mark.parametrize("stage", ["footholds", "trajectory", "silence"])
+def test_gives_up_after_so_many_failures(stage):
+    story = Story(MonitorConfig(max_failed_plans=3))
+    for k in range(3):
+        request_id = story.until_planning()
+        assert request_id == k + 1
+        if stage == "footholds":
+            story.goes_on(0.1, foothold_plan=FootholdPlan(0.0, request_id, reason="no stones"))
+        elif stage == "trajectory":
+            story.goes_on(0.2, trajectory_status=StageStatus(0.0, request_id, False, "no solution"))
+        else:
+            story.goes_on(3.2)
+    assert story.monitor.phase == "no_plan" and story.monitor.failed_plans == 3
+    words = {"footholds": "no stones", "trajectory": "no solution", "silence": "no reference came"}
+    assert words[stage] in story.monitor.reason
+    assert story.goes_on(5.0).phase == "no_plan"
+
+
+def test_a_reference_that_is_shorter_than_the_plan_is_followed():
+    story = Story()
+    request_id = story.until_planning()
+    story.goes_on(0.1, trajectory_status=StageStatus(0.0, request_id, False, "swing 3: out of reach"))
+    assert story.monitor.phase == "planning"
+    assert story.goes_on(0.1, reference=reference(request_id, 5.0, 1.0)).phase == "walking"
+
+
+def test_a_success_forgets_the_failures():
+    story = Story(MonitorConfig(max_failed_plans=2))
+    story.goes_on(0.1, foothold_plan=FootholdPlan(0.0, story.until_planning(), reason="no stones"))
+    request_id = story.until_planning()
+    found = FootholdPlan(0.0, request_id, stances=(STANCE, STANCE), swing_legs=((1, 2),))
+    story.goes_on(0.1, foothold_plan=found)
+    assert story.monitor.phase == "planning"
+    story.goes_on(0.1, reference=reference(request_id, story.now.time + 1.0, 0.0))
+    assert story.monitor.phase == "walking" and story.monitor.failed_in_a_row == 0 and story.monitor.failed_plans == 1
+
+
+def test_aborts_recovers_and_replans():
+    story = Story()
+    story.until_walking()
+    story.goes_on(0.5, safety=SafetyStatus(0.0, True, "attitude", "the base tilts by 0.5 rad"))
+    assert story.monitor.phase == "recovering" and "tilts" in story.monitor.reason and story.monitor.aborts == 1
+    assert story.goes_on(3.0).phase == "recovering"  # as long as the safety monitor says so
+    story.goes_on(0.2, safety=SafetyStatus(0.0), reference=no_reference())
+    assert story.monitor.phase == "planning" and story.monitor.request.id == 2
+
+
+def test_bad_settings_are_refused():
+    with pytest.raises(UserInputError, match="goal_tolerance"):
+        MonitorConfig(goal_tolerance=0.5)
+    with pytest.raises(UserInputError, match="pause"):
+        MonitorConfig(pause=-1.0)

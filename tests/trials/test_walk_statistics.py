@@ -1,0 +1,117 @@
+"""Statistics of walks, and the bookkeeping of the studies of gaits and robustness."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from quadpips_drake.benchmark import gait_study, robustness
+from quadpips_drake.benchmark.disturbances import DISTURBANCES, trial_options
+from quadpips_drake.benchmark.study_pool import load_results, run_study
+from quadpips_drake.control.references.walk_command import WalkCommand, command_at
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.trials.trial_options import resolve_config
+from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
+from quadpips_drake.trials.walk_trial import WalkTrialConfig
+from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
+
+
+def _circle(speed=0.4, rate=0.5, duration=6.0):
+    """Log of a robot that goes round a circle to the left at constant speed, from 1 s on."""
+    time = np.arange(0.0, duration + 1e-9, 0.01)
+    yaw = rate * time
+    zero = 0.0 * time
+    return {
+        "time": time,
+        "rpy_WB": np.column_stack((0.1 * np.sin(time), zero, yaw)),
+        "v_WB": speed * np.column_stack((np.cos(yaw), np.sin(yaw), zero)),
+        "w_WB": np.column_stack((zero, zero, rate + zero)),
+        "p_WB": np.column_stack((zero, zero, 0.3 + zero)),
+        "foot_positions": np.zeros((len(time), 4, 3)),
+    }
+
+
+def test_velocities_are_those_in_the_heading_frame():
+    commands = [WalkCommand(0.5, "trot", [0.5, 0.0, 0.5]), WalkCommand(5.0, "pace", [0.0, 0.0, 0.0])]
+    statistics = walk_statistics(_circle(), commands)
+    first, second = statistics["commands"]
+    assert first["mean_velocity"] == pytest.approx([0.4, 0.0, 0.5], abs=1e-3)
+    assert first["error"] == pytest.approx([-0.1, 0.0, 0.0], abs=1e-3)
+    assert (first["from"], first["to"]) == (2.5, 5.0)
+    assert "mean_velocity" not in second, "less than the time to accelerate"
+    assert statistics["max_tilt"] == pytest.approx(0.1, abs=1e-3)
+    assert command_at(commands, 4.0).gait == "trot"
+    assert command_at(commands, 0.2).gait == "stance"
+
+
+def test_the_last_word_on_a_foothold_counts():
+    book = FootholdBook()
+    for time, x in ((0.9, 0.0), (1.0, 0.1), (1.2, 0.2), (1.5, 0.3)):
+        target = FootholdTarget(Leg.LF, 1.0, 1.3, np.array([x, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+        samples = np.zeros((2, 24))
+        schedule = ContactSchedule.standing()
+        book.note(WholeBodyReference(time, 1, np.array([time, time + 1]), samples, samples, schedule, (target,)), time)
+    reference = book.reference(2.0)
+    assert [target.position[0] for target in reference.footholds] == [0.2]
+    assert reference.schedule.swings(Leg.LF) == [pytest.approx((1.0, 1.3))]
+
+
+def test_the_study_tries_the_target_with_all_seeds_bisects_with_the_first_and_repeats_nothing(tmp_path):
+    asked = []
+
+    def survives(name, size, robot, folder, seed):
+        asked.append((size, seed))
+        return {"size": size, "seed": seed, "survived": size < 0.31 and (size, seed) != (0.2, 9), "max_tilt": 0.0}
+
+    trials = robustness.study("payload", "go2", tmp_path, [8, 9], [], trial=survives)
+    assert asked[:2] == [(0.2, 8), (0.2, 9)], "the target comes first"
+    assert {seed for _, seed in asked[2:]} == {8}
+    first = [trial for trial in trials if trial["seed"] == 8]
+    assert robustness.largest_survived(first) == pytest.approx(0.3, abs=0.05)
+    count = len(asked)
+    assert robustness.study("payload", "go2", tmp_path, [8, 9], trials, trial=survives) == trials
+    assert len(asked) == count
+    assert "| payload [of the mass] | 0.2 | 1/2 | 0.3" in robustness.table({"go2/payload": trials})
+    assert "not run" in robustness.table({"go2/payload": trials})
+
+
+def test_targets_alone(tmp_path):
+    def survives(name, size, robot, folder, seed):
+        return {"size": size, "seed": seed, "survived": True}
+
+    trials = robustness.study("bumps", "go2", tmp_path, [1, 2], [], bisect=False, trial=survives)
+    assert [(trial["size"], trial["seed"]) for trial in trials] == [(0.03, 1), (0.03, 2)]
+    assert "| 0.03 | 2/2 | 0.03 or more |" in robustness.table({"go2/bumps": trials})
+
+
+@pytest.mark.parametrize("name", DISTURBANCES)
+def test_every_disturbance_makes_a_valid_trial_that_depends_on_the_seed(name, tmp_path):
+    disturbance = DISTURBANCES[name]
+    size = 0.5 * (disturbance.least + disturbance.most)
+    options, sets = trial_options(name, size, "go2", tmp_path, 3)
+    assert (options, sets) == trial_options(name, size, "go2", tmp_path, 3)
+    assert options != trial_options(name, size, "go2", tmp_path, 4)[0] | {"seed": 3}
+    config = resolve_config(WalkTrialConfig, None, options, sets)
+    terrain = load_terrain(config.terrain, start=config.start or None)
+    assert terrain.problem_with_start() is None
+
+
+def test_results_are_kept_one_by_one_and_bad_files_refused(tmp_path):
+    store = tmp_path / "some.json"
+    assert load_results(store) == {}
+    results = run_study({"a": partial(round, 2.7)}, store, {"b": 1}, workers=1, description="rounding")
+    assert results == load_results(store) == {"a": 3, "b": 1}
+    store.write_text("[1")
+    with pytest.raises(UserInputError, match="no file of results"):
+        load_results(store)
+
+
+def test_the_table_of_gaits_tells_the_worst_error():
+    def trial(vx, upright=True):
+        return {"upright": upright, "mean_velocity": [vx, 0.0, 0.0], "max_tilt": 0.1, "landing_error_max": 0.012}
+
+    table = gait_study.table({"go2/trot 0.4,0,0/1": trial(0.41), "go2/trot 0.4,0,0/2": trial(0.38, upright=False)})
+    assert "| go2 | trot 0.4,0,0 | 1/2 | 0.395, 0.000, 0.000 | 5.0% | 0.10 | 12 |" in table
