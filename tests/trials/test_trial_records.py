@@ -11,7 +11,7 @@ from quadpips_drake.trials.trial_log import TrialLog
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
-from tests.benchmark.test_judge import state
+from tests.trials.test_judge import state
 
 
 def reference_with_one_step(target=(0.3, 0.2, 0.03)):
