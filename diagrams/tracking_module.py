@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from quadpips_drake.control.mpc.centroidal_mpc import MpcConfig
 from quadpips_drake.control.mpc.centroidal_mpc_system import CentroidalMpc
+from quadpips_drake.control.mpc.mpc_config import MpcConfig
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
 from quadpips_drake.control.whole_body.whole_body_controller_system import WholeBodyController
 from quadpips_drake.errors import UserInputError

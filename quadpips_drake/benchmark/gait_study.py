@@ -18,7 +18,7 @@ FAST_TROT = {"anymal_c": 0.5, "go2": 0.4}
 
 
 @dataclass(frozen=True)
-class Walk:
+class StudiedWalk:
     """One walk of the study."""
 
     gait: str
@@ -31,14 +31,14 @@ class Walk:
         return f"{self.gait} {','.join(f'{v:g}' for v in self.velocity)}"
 
 
-def walks_of(robot: str) -> list[Walk]:
+def walks_of(robot: str) -> list[StudiedWalk]:
     """All gaits at 0.3 m/s, and trot forwards, sideways and turning."""
-    gaits = [Walk(gait, (0.0 if gait == "stance" else 0.3, 0.0, 0.0)) for gait in GAITS]
+    gaits = [StudiedWalk(gait, (0.0 if gait == "stance" else 0.3, 0.0, 0.0)) for gait in GAITS]
     trots = [(FAST_TROT.get(robot, 0.4), 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 0.5)]
-    return gaits + [Walk("trot", velocity) for velocity in trots]
+    return gaits + [StudiedWalk("trot", velocity) for velocity in trots]
 
 
-def walk_once(robot: str, walk: Walk, seed: int, duration: float) -> dict:
+def walk_once(robot: str, walk: StudiedWalk, seed: int, duration: float) -> dict:
     """One trial on flat ground, in short."""
     options = {"robot": robot, "gait": walk.gait, "velocity": list(walk.velocity), "seed": seed, "duration": duration}
     trial = WalkTrial(resolve_config(WalkTrialConfig, None, options, []))

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from pydrake.solvers import ClarabelSolver
 
-from quadpips_drake.control.mpc.centroidal_mpc import CentroidalMpc, MpcConfig, MpcMemory
+from quadpips_drake.control.mpc.real_time_iteration import MpcConfig, MpcMemory, RealTimeIteration
 from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory
 from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.math.small_algebra import roll_pitch_yaw_rotation
@@ -41,7 +41,7 @@ COLUMNS = "update", "linearisation", "assembly", "quadratic program", "rest", "i
 _rows = {}
 
 
-class TimedMpc(CentroidalMpc):
+class TimedMpc(RealTimeIteration):
     """Notes how long the parts of each update take."""
 
     def __init__(self, robot, solver: str, grid: dict):
@@ -76,7 +76,7 @@ def situations(robot):
     """For each grid the arguments of updates during a trot, in which the robot does what its policy says."""
 
     def walk(grid):
-        mpc, reference, gait = CentroidalMpc(robot, MpcConfig(**grid)), VelocityWalk(robot), load_gait("trot")
+        mpc, reference, gait = RealTimeIteration(robot, MpcConfig(**grid)), VelocityWalk(robot), load_gait("trot")
         state, memory, walk, found = standing_state(robot), MpcMemory.empty(), WalkMemory.empty(), []
         for _ in range(SKIPPED + COUNT):
             walk = reference.update(walk, state, np.array([0.3, 0.0, 0.0]), gait)

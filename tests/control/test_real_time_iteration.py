@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quadpips_drake.control.mpc.centroidal_mpc import CentroidalMpc, MpcConfig, MpcMemory
+from quadpips_drake.control.mpc.real_time_iteration import MpcConfig, MpcMemory, RealTimeIteration
 from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.gaits.gaits import load_gait
@@ -26,7 +26,7 @@ def _solve(mpc, robot, reference, times, memory=None):
 @pytest.mark.parametrize("name", ["anymal_c", "go2"])
 def test_standing_forces_carry_the_weight_and_the_base_stays(name):
     robot = load_robot(name)
-    policy = _solve(CentroidalMpc(robot), robot, WholeBodyReference.empty(), np.arange(0.0, 0.1, 0.02)).policy
+    policy = _solve(RealTimeIteration(robot), robot, WholeBodyReference.empty(), np.arange(0.0, 0.1, 0.02)).policy
     assert policy.success
     forces = policy.inputs[:, :12].reshape(-1, 4, 3)
     weight = 9.81 * robot.mass
@@ -40,7 +40,7 @@ def test_swinging_feet_bear_nothing_and_aim_at_their_footholds():
     walk, trot = VelocityWalk(robot), load_gait("trot")
     memory = walk.update(WalkMemory.empty(), standing_state(robot), np.array([0.3, 0.0, 0.0]), trot)
     memory = walk.update(memory, standing_state(robot, 0.02), np.array([0.3, 0.0, 0.0]), trot)
-    policy = _solve(CentroidalMpc(robot), robot, memory.reference, [0.02, 0.04, 0.06]).policy
+    policy = _solve(RealTimeIteration(robot), robot, memory.reference, [0.02, 0.04, 0.06]).policy
     assert policy.success
     middle = 0.5 * (policy.times[:-1] + policy.times[1:])
     forces = policy.inputs[:, :12].reshape(-1, 4, 3)
@@ -54,7 +54,7 @@ def test_swinging_feet_bear_nothing_and_aim_at_their_footholds():
 
 def test_without_a_reference_the_stance_is_latched():
     robot = load_robot("go2")
-    mpc = CentroidalMpc(robot)
+    mpc = RealTimeIteration(robot)
     memory = _solve(mpc, robot, WholeBodyReference.empty(), [0.0])
     pushed = replace(standing_state(robot, 0.02), p_WB=np.array([0.05, 0.0, robot.nominal_base_height]))
     later = mpc.compute(pushed, WholeBodyReference.empty(), memory)
@@ -63,7 +63,7 @@ def test_without_a_reference_the_stance_is_latched():
 
 def test_failures_are_counted_and_carry_the_policy_on():
     robot = load_robot("go2")
-    mpc = CentroidalMpc(robot, MpcConfig(fault_start=[0.02], fault_duration=0.04))
+    mpc = RealTimeIteration(robot, MpcConfig(fault_start=[0.02], fault_duration=0.04))
     good = _solve(mpc, robot, WholeBodyReference.empty(), [0.0])
     bad = _solve(mpc, robot, WholeBodyReference.empty(), [0.02, 0.04], good)
     assert not bad.policy.success
@@ -79,7 +79,7 @@ def test_many_failures_end_in_standing():
     robot = load_robot("anymal_c")
     walk, trot = VelocityWalk(robot), load_gait("trot")
     memory = walk.update(WalkMemory.empty(), standing_state(robot), np.array([0.3, 0.0, 0.0]), trot)
-    mpc = CentroidalMpc(robot, MpcConfig(fault_start=[0.02], fault_duration=0.07, max_consecutive_failures=2))
+    mpc = RealTimeIteration(robot, MpcConfig(fault_start=[0.02], fault_duration=0.07, max_consecutive_failures=2))
     done = _solve(mpc, robot, memory.reference, [0.0, 0.02, 0.04, 0.06, 0.08, 0.1])
     assert done.standing is not None
     assert done.policy.success
@@ -88,7 +88,7 @@ def test_many_failures_end_in_standing():
 
 def test_a_delay_holds_results_back_and_leaves_their_times():
     robot = load_robot("anymal_c")
-    mpc = CentroidalMpc(robot, MpcConfig(delay=0.03))
+    mpc = RealTimeIteration(robot, MpcConfig(delay=0.03))
     memory = _solve(mpc, robot, WholeBodyReference.empty(), [0.0, 0.02, 0.04, 0.06])
     assert memory.policy.stamp == pytest.approx(0.06)
     assert memory.policy_at(0.06).stamp == pytest.approx(0.02)
@@ -103,13 +103,13 @@ def test_the_uniform_grid_of_the_paper():
     assert len(config.knots()) == 68
     assert np.diff(config.knots()) == pytest.approx(0.015, rel=0.01)
     assert len(MpcConfig().knots()) <= 26
-    policy = _solve(CentroidalMpc(robot, config), robot, WholeBodyReference.empty(), [0.0, 0.02]).policy
+    policy = _solve(RealTimeIteration(robot, config), robot, WholeBodyReference.empty(), [0.0, 0.02]).policy
     assert policy.success and len(policy.inputs) == 67
 
 
 def test_the_single_rigid_body_stands_too():
     robot = load_robot("anymal_c")
-    mpc = CentroidalMpc(robot, MpcConfig(ocp=OcpConfig(model="single_rigid_body")))
+    mpc = RealTimeIteration(robot, MpcConfig(ocp=OcpConfig(model="single_rigid_body")))
     policy = _solve(mpc, robot, WholeBodyReference.empty(), [0.0, 0.02]).policy
     assert policy.success
     assert policy.inputs[0, 2:12:3].sum() == pytest.approx(9.81 * robot.mass, rel=0.03)
@@ -117,11 +117,11 @@ def test_the_single_rigid_body_stands_too():
 
 def test_equal_memories_give_equal_policies():
     robot = load_robot("anymal_c")
-    mpc = CentroidalMpc(robot)
+    mpc = RealTimeIteration(robot)
     memory = _solve(mpc, robot, WholeBodyReference.empty(), [0.0, 0.02])
     one = _solve(mpc, robot, WholeBodyReference.empty(), [0.04], memory)
     _solve(mpc, robot, WholeBodyReference.empty(), [0.06, 0.08], one)
-    other = _solve(CentroidalMpc(robot), robot, WholeBodyReference.empty(), [0.04], memory)
+    other = _solve(RealTimeIteration(robot), robot, WholeBodyReference.empty(), [0.04], memory)
     np.testing.assert_array_equal(one.policy.inputs, other.policy.inputs)
     np.testing.assert_array_equal(one.policy.states, other.policy.states)
 

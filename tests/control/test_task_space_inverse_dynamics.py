@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quadpips_drake.control.whole_body import whole_body_control as wbc
+from quadpips_drake.control.whole_body import task_space_inverse_dynamics as wbc
 from quadpips_drake.control.whole_body import whole_body_targets as targets
 from quadpips_drake.control.whole_body.contact_logic import foot_mode
 from quadpips_drake.control.whole_body.whole_body_qp import QpSolution
@@ -40,7 +40,7 @@ def _standing_policy(robot, schedule=None) -> MpcPolicy:
 @pytest.mark.parametrize("name", ROBOTS)
 def test_standing_forces_carry_the_weight(name):
     robot = load_robot(name)
-    control = wbc.WholeBodyControl(robot)
+    control = wbc.TaskSpaceInverseDynamics(robot)
     command = control.compute(standing_state(robot), _standing_policy(robot), wbc.WholeBodyCommand.empty())
     assert command.success
     weight = 9.81 * robot.mass
@@ -51,7 +51,7 @@ def test_standing_forces_carry_the_weight(name):
 def test_a_foot_in_the_air_pushes_nothing_and_the_others_stay_in_their_cones():
     robot = load_robot("anymal_c")
     down = np.array([[True, False, False, True]])
-    control = wbc.WholeBodyControl(robot)
+    control = wbc.TaskSpaceInverseDynamics(robot)
     policy = _standing_policy(robot, ContactSchedule(np.zeros(0), down))
     state = replace(standing_state(robot), v_WB=np.array([0.5, 0.5, 0.0]))
     command = control.compute(state, policy, wbc.WholeBodyCommand.empty())
@@ -64,7 +64,7 @@ def test_a_foot_in_the_air_pushes_nothing_and_the_others_stay_in_their_cones():
 def test_torque_limits_hold():
     robot = load_robot("anymal_c")
     weak = replace(robot, effort_limits=np.full(12, 15.0))
-    command = wbc.WholeBodyControl(weak).compute(
+    command = wbc.TaskSpaceInverseDynamics(weak).compute(
         standing_state(robot), _standing_policy(robot), wbc.WholeBodyCommand.empty()
     )
     assert command.success
@@ -73,14 +73,16 @@ def test_torque_limits_hold():
 
 def test_without_a_policy_the_robot_holds_its_nominal_stance():
     robot = load_robot("go2")
-    command = wbc.WholeBodyControl(robot).compute(standing_state(robot), MpcPolicy.empty(), wbc.WholeBodyCommand.empty())
+    command = wbc.TaskSpaceInverseDynamics(robot).compute(
+        standing_state(robot), MpcPolicy.empty(), wbc.WholeBodyCommand.empty()
+    )
     assert command.status == "standing"
     assert command.joint_positions == pytest.approx(robot.nominal_joints)
 
 
 def test_a_failed_program_is_counted_and_has_a_fallback(monkeypatch):
     robot = load_robot("go2")
-    control = wbc.WholeBodyControl(robot)
+    control = wbc.TaskSpaceInverseDynamics(robot)
     policy = _standing_policy(robot)
     good = control.compute(standing_state(robot), policy, wbc.WholeBodyCommand.empty())
     failed = QpSolution(False, "max_iter_reached", 100, np.zeros(30), np.zeros(6), np.zeros(32))
@@ -96,7 +98,7 @@ def test_a_failed_program_is_counted_and_has_a_fallback(monkeypatch):
 
 def test_a_state_that_is_not_a_number_fails_cleanly():
     robot = load_robot("go2")
-    control = wbc.WholeBodyControl(robot)
+    control = wbc.TaskSpaceInverseDynamics(robot)
     good = control.compute(standing_state(robot), _standing_policy(robot), wbc.WholeBodyCommand.empty())
     solution = control._method._qp.solve(np.full((30, 30), np.nan), *(np.zeros(1) for _ in range(6)), good.warm)
     assert not solution.success
@@ -139,7 +141,9 @@ def test_other_solvers_agree(solver):
     robot = load_robot("anymal_c")
     policy = _standing_policy(robot, ContactSchedule(np.zeros(0), np.array([[True, False, False, True]])))
     state = replace(standing_state(robot), v_WB=np.array([0.2, 0.1, 0.0]))
-    dense = wbc.WholeBodyControl(robot).compute(state, policy, wbc.WholeBodyCommand.empty())
-    other = wbc.WholeBodyControl(robot, wbc.WbcConfig(solver=solver)).compute(state, policy, wbc.WholeBodyCommand.empty())
+    dense = wbc.TaskSpaceInverseDynamics(robot).compute(state, policy, wbc.WholeBodyCommand.empty())
+    other = wbc.TaskSpaceInverseDynamics(robot, wbc.WbcConfig(solver=solver)).compute(
+        state, policy, wbc.WholeBodyCommand.empty()
+    )
     assert other.success
     assert other.torque == pytest.approx(dense.torque, abs=0.05)

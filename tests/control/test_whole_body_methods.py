@@ -8,9 +8,9 @@ import pytest
 from quadpips_drake.control.whole_body import whole_body_methods as methods
 from quadpips_drake.control.whole_body.contact_logic import foot_targets
 from quadpips_drake.control.whole_body.robot_dynamics import RobotDynamics
+from quadpips_drake.control.whole_body.task_space_inverse_dynamics import TaskSpaceInverseDynamics
 from quadpips_drake.control.whole_body.whole_body_assembly import WeightedAssembly
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
-from quadpips_drake.control.whole_body.whole_body_control import WholeBodyControl
 from quadpips_drake.control.whole_body.whole_body_qp import QpSolution, make_whole_body_qp
 from quadpips_drake.control.whole_body.whole_body_tasks import Level, Limits, Task, joint_stops
 from quadpips_drake.errors import UserInputError
@@ -23,7 +23,7 @@ ALL_DOWN = np.ones(4, dtype=bool)
 
 
 def compute(robot, state, policy, **settings):
-    control = WholeBodyControl(robot, WbcConfig(**settings))
+    control = TaskSpaceInverseDynamics(robot, WbcConfig(**settings))
     return control.compute(state, policy, replace(WholeBodyCommand.empty(), foot_modes=np.array([0, 1, 1, 0])))
 
 
@@ -85,7 +85,7 @@ def test_both_methods_agree_where_every_task_can_be_met(name):
 def test_the_compiled_assembly_says_the_same_as_the_tasks(name):
     robot = load_robot(name)
     state, policy = mid_trot(robot)
-    control = WholeBodyControl(robot)
+    control = TaskSpaceInverseDynamics(robot)
     dynamics = RobotDynamics(robot).evaluate(state)
     modes = np.array([0, 1, 1, 0])
     planned = foot_targets(state, policy, TROT, modes, dynamics.p_WF, dynamics.v_WF, WbcConfig())
@@ -136,7 +136,7 @@ def test_a_level_that_fails_leaves_what_the_levels_above_found(monkeypatch):
     state, policy = mid_trot(robot)
     # Friction that cannot hold what the base asks for, so that programs have to be solved.
     policy = replace(policy, states=policy.states + 0.3 * np.eye(24)[6])
-    control = WholeBodyControl(robot, WbcConfig(method="hierarchical"))
+    control = TaskSpaceInverseDynamics(robot, WbcConfig(method="hierarchical"))
     last = replace(WholeBodyCommand.empty(), foot_modes=np.array([0, 1, 1, 0]))
     assert control.compute(state, policy, last).iterations > 0
     failed = QpSolution(False, "max_iter_reached", 100, np.zeros(30), np.zeros(0), np.zeros(32))
@@ -158,7 +158,7 @@ def test_a_level_that_fails_leaves_what_the_levels_above_found(monkeypatch):
 def test_a_first_level_that_fails_is_a_failure(monkeypatch):
     robot = load_robot("go2")
     state, policy = mid_trot(robot)
-    control = WholeBodyControl(robot, WbcConfig(method="hierarchical"))
+    control = TaskSpaceInverseDynamics(robot, WbcConfig(method="hierarchical"))
     good = control.compute(state, policy, WholeBodyCommand.empty())
     nothing = methods.MethodSolution(False, False, "level 1 (contact): max_iter_reached", 100, np.zeros(30))
     monkeypatch.setattr(control._method, "solve", lambda *args: nothing)

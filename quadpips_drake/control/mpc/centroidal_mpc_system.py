@@ -5,8 +5,7 @@ from contextlib import nullcontext
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.control.mpc import centroidal_mpc
-from quadpips_drake.control.mpc.centroidal_mpc import MpcConfig, MpcMemory
+from quadpips_drake.control.mpc.real_time_iteration import MpcConfig, MpcMemory, RealTimeIteration
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.reference import WholeBodyReference
@@ -37,7 +36,7 @@ class CentroidalMpc(LeafSystem):
     def __init__(self, robot, config: MpcConfig | None = None, *, period: float = 0.02, timings=None):
         super().__init__()
         self.set_name("centroidal_mpc")
-        self._mpc = centroidal_mpc.CentroidalMpc(robot, config)
+        self._mpc = RealTimeIteration(robot, config)
         self._timings = timings
         self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(standing_state(robot)))
         self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(WholeBodyReference.empty()))

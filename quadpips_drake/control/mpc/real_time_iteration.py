@@ -58,7 +58,7 @@ class MpcMemory(ImmutableValue):
         return replace(self, policy=policy, released=released, **fields)
 
 
-class CentroidalMpc:
+class RealTimeIteration:
     """Tracks a whole-body reference with the problem that made it (QuadPiPS section VII-B, eq. 19).
 
     Each call re-plans the swings from where the feet stand (or stood at lift-off) to the reference's footholds, and improves
@@ -180,4 +180,4 @@ def _carried_on(last: MpcPolicy, status: str, elapsed: float) -> MpcPolicy:
     return replace(last, success=False, status=status, fallbacks=last.fallbacks + 1, solve_time=elapsed)
 
 
-__all__ = ["CentroidalMpc", "MpcConfig", "MpcMemory"]
+__all__ = ["MpcConfig", "MpcMemory", "RealTimeIteration"]

@@ -19,7 +19,7 @@ from quadpips_drake.values.whole_body_command import FootMode, WholeBodyCommand
 GRAVITY = 9.81
 
 
-class WholeBodyControl:
+class TaskSpaceInverseDynamics:
     """Tasks on z = [vdot, f], ranked strictly or by weight (QuadPiPS section VII-C).
 
     Constraints: the floating base's dynamics, friction pyramids about each foot's ground normal, no force on feet in the

@@ -31,7 +31,7 @@ class WeightedAssembly:
         """H, g, A, b, C, lower, upper.
 
         Args:
-            dynamics, targets: as in WholeBodyControl.
+            dynamics, targets: as in TaskSpaceInverseDynamics.
             base: wanted acceleration of the base [angular, linear], (6,).
             forces: wanted forces in W [N], (4, 3).
             normals: unit normals of the ground under the feet, (4, 3).

@@ -6,8 +6,8 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
+from quadpips_drake.control.whole_body.task_space_inverse_dynamics import TaskSpaceInverseDynamics
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
-from quadpips_drake.control.whole_body.whole_body_control import WholeBodyControl
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.values.legs import NUM_JOINTS
 from quadpips_drake.values.mpc_policy import MpcPolicy
@@ -18,9 +18,9 @@ class WholeBodyController(LeafSystem):
     """Turns the MPC policy into joint torques by a quadratic program over accelerations and contact forces.
 
     min |A z - b|^2 over z = [vdot, f] such that M vdot + bias = [0; tau] + J^T f, f in friction cones, |tau| <= limits
-    (QuadPiPS section VII-C), tasks ranked by weight or strictly by priority (``WbcConfig.method``; see WholeBodyControl). A
-    failed program falls back to the last torques with joint damping, a failed level of a hierarchy to the levels above; both
-    are counted in ``wbc_status``.
+    (QuadPiPS section VII-C), tasks ranked by weight or strictly by priority (``WbcConfig.method``; see
+    TaskSpaceInverseDynamics). A failed program falls back to the last torques with joint damping, a failed level of a
+    hierarchy to the levels above; both are counted in ``wbc_status``.
 
     .. pydrake_system::
 
@@ -43,7 +43,7 @@ class WholeBodyController(LeafSystem):
     def __init__(self, robot, config: WbcConfig | None = None, *, period: float = 0.002, timings=None):
         super().__init__()
         self.set_name("whole_body_controller")
-        self._control = WholeBodyControl(robot, config)
+        self._control = TaskSpaceInverseDynamics(robot, config)
         self._timings = timings
         self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(standing_state(robot)))
         self._policy = self.DeclareAbstractInputPort("mpc_policy", AbstractValue.Make(MpcPolicy.empty()))
