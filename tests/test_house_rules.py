@@ -2,6 +2,7 @@
 
 import ast
 import re
+from collections import Counter, defaultdict
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,7 @@ PACKAGE_FILES = [path for path in files("*.py") if path.relative_to(ROOT).parts[
 MAX_FILE_BYTES = 15_000_000
 MAX_FILE_LINES = 400
 MAX_FUNCTION_LINES = 60
+MAX_MODULES_IN_A_FOLDER = 16
 
 
 def part_of(module: str) -> str:
@@ -62,6 +64,35 @@ def imported_modules(path: Path) -> set[str]:
     return {name for name in found if name.startswith("quadpips_drake.")}
 
 
+def import_graph() -> dict[str, set[str]]:
+    """Which modules of the package each of them imports by name, deferred imports included."""
+    modules = {module_name(path): imported_modules(path) for path in PACKAGE_FILES}
+    # ``from a.b import c`` imports the module a.b.c if there is one, else something that a.b holds.
+    return {
+        name: {module if module in modules else module.rpartition(".")[0] for module in imports} & modules.keys()
+        for name, imports in modules.items()
+    }
+
+
+def circle_in(graph: dict[str, set[str]]) -> list[str]:
+    """Modules that import each other in a circle, the first one again at the end; empty where there is no circle."""
+    finished, way = set(), []
+
+    def visit(name: str) -> list[str]:
+        if name in way:
+            return [*way[way.index(name) :], name]
+        if name in finished:
+            return []
+        way.append(name)
+        for imported in sorted(graph[name]):
+            if circle := visit(imported):
+                return circle
+        finished.add(way.pop())
+        return []
+
+    return next((circle for name in sorted(graph) if (circle := visit(name))), [])
+
+
 def allowed_parts(part: str) -> set[str]:
     """Parts of the package that the part may import; '' stands for the modules at the top."""
     if part in ("", MODELS):
@@ -78,6 +109,27 @@ def test_imports_run_downward(path):
     allowed = allowed_parts(part_of(module_name(path)))
     wrong = sorted(name for name in imported_modules(path) if part_of(name) not in allowed)
     assert not wrong, f"{module_name(path)} must not import {wrong}"
+
+
+def test_imports_run_in_no_circle():
+    assert circle_in({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c", "b"]
+    assert " -> ".join(circle_in(import_graph())) == ""
+
+
+def test_folders_are_small():
+    folders = Counter(path.parent.relative_to(ROOT).as_posix() for path in PACKAGE_FILES)
+    large = {folder: number for folder, number in folders.items() if number > MAX_MODULES_IN_A_FOLDER}
+    assert not large, f"more than {MAX_MODULES_IN_A_FOLDER} modules in {large}"
+
+
+def test_every_public_class_has_a_name_of_its_own():
+    places = defaultdict(list)
+    for path in PACKAGE_FILES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                places[node.name].append(module_name(path))
+    twice = {name: modules for name, modules in places.items() if len(modules) > 1}
+    assert not twice, f"two classes of one name: {twice}"
 
 
 def test_no_file_is_too_large_for_the_repository():

@@ -46,13 +46,14 @@ def show(
     goal: GoalOption = None,
 ):
     """Draw a terrain from above, and say its size, start and goal."""
+    from quadpips_drake.terrain.placement import problem_with_goal, problem_with_start
     from quadpips_drake.visualization.terrain_picture import save_terrain_picture
 
     terrain = _load(name, seed, start, goal)
     out = out or Path(f"{terrain.name}.png")
     save_terrain_picture(terrain, out)
     _describe(terrain)
-    for problem in (terrain.problem_with_start(), terrain.problem_with_goal()):
+    for problem in (problem_with_start(terrain), problem_with_goal(terrain)):
         if problem:
             typer.echo(f"warning:  {problem}")
     typer.echo(f"picture:  {out}")

@@ -174,18 +174,6 @@ class Terrain(ImmutableValue):
         lows, highs = zip(*(element.bounds() for element in self.elements), strict=True)
         return np.min(lows, axis=0), np.max(highs, axis=0)
 
-    def problem_with_start(self, footprint=None, max_step: float = 0.25) -> str | None:
-        """Says why a robot cannot stand at the start, or returns None; see ``placement.problem_with_start``."""
-        from quadpips_drake.terrain import placement
-
-        return placement.problem_with_start(self, footprint, max_step)
-
-    def problem_with_goal(self) -> str | None:
-        """Says why the goal cannot be walked to, or returns None; see ``placement.problem_with_goal``."""
-        from quadpips_drake.terrain import placement
-
-        return placement.problem_with_goal(self)
-
 
 def _check_size(element: Element, key: str, value):
     value = np.asarray(value, float)

@@ -11,6 +11,7 @@ from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.supervision.replan_monitor import PHASES
 from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.terrain.placement import problem_with_goal, problem_with_start
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
@@ -50,7 +51,7 @@ class Trial(SimulatedTrial):
         """Loads and builds everything; raises UserInputError when something that was asked for cannot be had."""
         robot = load_robot(config.robot)
         terrain = load_terrain(config.terrain, seed=config.seed, start=config.start or None, goal=config.goal or None)
-        problem = terrain.problem_with_start(robot.nominal_footholds_B[:, :2]) or terrain.problem_with_goal()
+        problem = problem_with_start(terrain, robot.nominal_footholds_B[:, :2]) or problem_with_goal(terrain)
         if problem:
             raise UserInputError(problem)
         timings = StageTimings()

@@ -13,6 +13,7 @@ from quadpips_drake.faults.push_system import Push, check_pushes, force_at
 from quadpips_drake.gaits.gaits import GAITS
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.terrain.placement import problem_with_start
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
@@ -65,7 +66,7 @@ class WalkTrial(SimulatedTrial):
         """
         robot = load_robot(config.robot)
         terrain = load_terrain(config.terrain, seed=config.seed, start=config.start or None)
-        problem = terrain.problem_with_start(robot.nominal_footholds_B[:, :2])
+        problem = problem_with_start(terrain, robot.nominal_footholds_B[:, :2])
         if problem:
             raise UserInputError(problem)
         timings = StageTimings()

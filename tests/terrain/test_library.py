@@ -6,7 +6,7 @@ import pytest
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.terrain import library
 from quadpips_drake.terrain.library import load_terrain, terrain_names
-from quadpips_drake.terrain.placement import check_start_and_goal
+from quadpips_drake.terrain.placement import check_start_and_goal, problem_with_goal, problem_with_start
 from quadpips_drake.terrain.terrain import Box, Terrain, pose
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.visualization.terrain_picture import save_terrain_picture
@@ -76,17 +76,17 @@ def test_sparse_stones_follow_the_seed():
 
 def test_start_over_the_pit_and_goal_off_the_terrain_are_refused():
     in_pit = load_terrain("stepping_stones", start=(0.1, 1.9, 0.0))
-    assert "pit_floor" in in_pit.problem_with_start()
+    assert "pit_floor" in problem_with_start(in_pit)
     off = load_terrain("flat", goal=(50.0, 0.0))
-    assert "off the terrain" in off.problem_with_goal()
+    assert "off the terrain" in problem_with_goal(off)
     with pytest.raises(UserInputError, match="off the terrain"):
         check_start_and_goal(off)
     # A foot beside the edge counts, not only the base.
     edge = load_terrain("stepping_stones", start=(-0.3, 0.8, 0.0))
-    assert edge.problem_with_start() is not None
+    assert problem_with_start(edge) is not None
     cliff = Terrain("cliff", (0, 0, 0), (1, 0), 1.0, tuple(
         Box(size=(2, 4, 0.1), X_WE=pose((side, 0, -0.3 * (side > 0)))) for side in (-1, 1)))  # fmt: skip
-    assert "differs by 0.30 m" in cliff.problem_with_start()
+    assert "differs by 0.30 m" in problem_with_start(cliff)
 
 
 def test_unknown_names_list_the_known_ones():

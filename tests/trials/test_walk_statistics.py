@@ -11,6 +11,7 @@ from quadpips_drake.benchmark.study_pool import load_results, run_study
 from quadpips_drake.control.references.walk_command import WalkCommand, command_at
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.terrain.placement import problem_with_start
 from quadpips_drake.trials.trial_options import resolve_config
 from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
 from quadpips_drake.trials.walk_trial import WalkTrialConfig
@@ -96,7 +97,7 @@ def test_every_disturbance_makes_a_valid_trial_that_depends_on_the_seed(name, tm
     assert options != trial_options(name, size, "go2", tmp_path, 4)[0] | {"seed": 3}
     config = resolve_config(WalkTrialConfig, None, options, sets)
     terrain = load_terrain(config.terrain, start=config.start or None)
-    assert terrain.problem_with_start() is None
+    assert problem_with_start(terrain) is None
 
 
 def test_results_are_kept_one_by_one_and_bad_files_refused(tmp_path):
