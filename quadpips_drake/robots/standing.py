@@ -2,13 +2,14 @@
 
 import numpy as np
 
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.values.legs import NUM_JOINTS, NUM_LEGS
 from quadpips_drake.values.robot_state import RobotState
 
 
 def standing_state(robot, stamp: float = 0.0) -> RobotState:
     """The robot at rest in its nominal stance at the origin of flat ground z = 0, its weight shared by all feet."""
-    forces = np.tile([0.0, 0.0, 9.81 * robot.mass / NUM_LEGS], (NUM_LEGS, 1))
+    forces = np.tile([0.0, 0.0, GRAVITY * robot.mass / NUM_LEGS], (NUM_LEGS, 1))
     return RobotState(
         stamp=stamp,
         p_WB=np.array([0.0, 0.0, robot.nominal_base_height]),

@@ -9,6 +9,7 @@ from quadpips_drake.control.mpc.real_time_iteration import MpcConfig, MpcMemory,
 from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.gaits.gaits import load_gait
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
@@ -29,7 +30,7 @@ def test_standing_forces_carry_the_weight_and_the_base_stays(name):
     policy = _solve(RealTimeIteration(robot), robot, WholeBodyReference.empty(), np.arange(0.0, 0.1, 0.02)).policy
     assert policy.success
     forces = policy.inputs[:, :12].reshape(-1, 4, 3)
-    weight = 9.81 * robot.mass
+    weight = GRAVITY * robot.mass
     assert forces[0].sum(axis=0) == pytest.approx([0.0, 0.0, weight], abs=0.03 * weight)
     assert np.abs(policy.states[:, 6:9] - standing_state(robot).p_WB).max() < 0.01
     assert np.abs(policy.base_twists).max() < 0.1
@@ -112,7 +113,7 @@ def test_the_single_rigid_body_stands_too():
     mpc = RealTimeIteration(robot, MpcConfig(ocp=OcpConfig(model="single_rigid_body")))
     policy = _solve(mpc, robot, WholeBodyReference.empty(), [0.0, 0.02]).policy
     assert policy.success
-    assert policy.inputs[0, 2:12:3].sum() == pytest.approx(9.81 * robot.mass, rel=0.03)
+    assert policy.inputs[0, 2:12:3].sum() == pytest.approx(GRAVITY * robot.mass, rel=0.03)
 
 
 def test_equal_memories_give_equal_policies():

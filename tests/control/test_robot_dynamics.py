@@ -7,6 +7,7 @@ import pytest
 
 from quadpips_drake.control.whole_body.robot_dynamics import RobotDynamics
 from quadpips_drake.control.whole_body.whole_body_targets import rotation_matrix
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.standing import standing_state
 from tests.control.plant_dynamics import PlantDynamics
@@ -51,4 +52,4 @@ def test_feet_agree_with_the_robot_model(name):
 def test_a_robot_at_rest_is_pulled_down_by_its_weight():
     robot = load_robot("go2")
     bias = RobotDynamics(robot).evaluate(standing_state(robot)).bias
-    assert bias[3:6] == pytest.approx([0.0, 0.0, 9.81 * robot.mass], rel=1e-3)
+    assert bias[3:6] == pytest.approx([0.0, 0.0, GRAVITY * robot.mass], rel=1e-3)

@@ -9,6 +9,7 @@ from quadpips_drake.control.whole_body import task_space_inverse_dynamics as wbc
 from quadpips_drake.control.whole_body import whole_body_targets as targets
 from quadpips_drake.control.whole_body.contact_logic import foot_mode
 from quadpips_drake.control.whole_body.whole_body_qp import QpSolution
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.values.contact_schedule import ContactSchedule
@@ -25,7 +26,7 @@ def _standing_policy(robot, schedule=None) -> MpcPolicy:
     schedule = schedule or ContactSchedule.standing()
     down = schedule.at(0.0)
     forces = np.zeros(24)
-    forces[2:12:3] = np.where(down, 9.81 * robot.mass / down.sum(), 0.0)
+    forces[2:12:3] = np.where(down, GRAVITY * robot.mass / down.sum(), 0.0)
     return MpcPolicy(
         stamp=0.0,
         times=np.array([0.0, 1.0]),
@@ -43,7 +44,7 @@ def test_standing_forces_carry_the_weight(name):
     control = wbc.TaskSpaceInverseDynamics(robot)
     command = control.compute(standing_state(robot), _standing_policy(robot), wbc.WholeBodyCommand.empty())
     assert command.success
-    weight = 9.81 * robot.mass
+    weight = GRAVITY * robot.mass
     assert command.forces.sum(axis=0) == pytest.approx([0.0, 0.0, weight], abs=0.01 * weight)
     assert np.all(command.forces[:, 2] > 0.0)
 

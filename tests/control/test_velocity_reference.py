@@ -8,6 +8,7 @@ import pytest
 from quadpips_drake.control.references.ground_plane import GroundPlane, fitted_plane
 from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory, advance, wrapped
 from quadpips_drake.gaits.gaits import load_gait
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.standing import standing_state
 
@@ -36,7 +37,7 @@ def test_moves_with_the_command_and_stops_standing():
     assert memory.pose[0] > 0.5
     reference = memory.reference
     assert not reference.schedule.at(reference.times[0]).all()
-    assert reference.inputs[0, 2:12:3].sum() == pytest.approx(9.81 * ROBOT.mass)
+    assert reference.inputs[0, 2:12:3].sum() == pytest.approx(GRAVITY * ROBOT.mass)
     for target in reference.footholds:
         nominal = (
             memory.pose[0] + ROBOT.nominal_footholds_B[target.leg, 0] + 0.3 * (target.touchdown_time + 0.15 - memory.stamp)
@@ -98,7 +99,7 @@ def test_feet_are_placed_below_the_robot_and_against_its_drift():
     height = -ROBOT.nominal_footholds_B[:, 2].mean()
     for a, b in zip(moved, pushed, strict=True):
         assert a.position[1] == pytest.approx(0.05 + ROBOT.nominal_footholds_B[a.leg, 1], abs=2e-3)
-        assert b.position[1] - a.position[1] == pytest.approx(0.3 * np.sqrt(height / 9.81), rel=1e-6)
+        assert b.position[1] - a.position[1] == pytest.approx(0.3 * np.sqrt(height / GRAVITY), rel=1e-6)
 
 
 def test_a_foothold_does_not_move_any_more_late_in_its_swing():

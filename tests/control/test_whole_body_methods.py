@@ -14,6 +14,7 @@ from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
 from quadpips_drake.control.whole_body.whole_body_qp import QpSolution, make_whole_body_qp
 from quadpips_drake.control.whole_body.whole_body_tasks import Level, Limits, Task, joint_stops
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.values.whole_body_command import WholeBodyCommand
 from tests.control.trotting import TROT, mid_trot
@@ -78,7 +79,7 @@ def test_both_methods_agree_where_every_task_can_be_met(name):
     strict = compute(robot, state, policy, method="hierarchical")
     assert weighted.success and strict.success
     assert strict.torque == pytest.approx(weighted.torque, abs=1e-2 * robot.effort_limits.max())
-    assert strict.forces == pytest.approx(weighted.forces, abs=1e-2 * 9.81 * robot.mass)
+    assert strict.forces == pytest.approx(weighted.forces, abs=1e-2 * GRAVITY * robot.mass)
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingSpline
 from quadpips_drake.values.contact_schedule import ContactSchedule
@@ -35,7 +36,7 @@ def mid_trot(robot, stance=TROT):
     x = np.zeros(24)
     x[6:9], x[12:] = state.p_WB, robot.nominal_joints
     u = np.zeros(24)
-    u[2:12:3] = np.where(stance, 9.81 * robot.mass / stance.sum(), 0.0)
+    u[2:12:3] = np.where(stance, GRAVITY * robot.mass / stance.sum(), 0.0)
     policy = MpcPolicy(
         stamp=0.14,
         times=np.array([0.14, 0.34]),

@@ -6,6 +6,7 @@ from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station, standing_pose
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot, robot_names
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
 from quadpips_drake.sensing.imu_system import ImuConfig
@@ -81,12 +82,12 @@ def test_stands_still(robot_name):
     assert np.abs(state.v_WB).max() < 0.005
     assert np.abs(state.joint_velocities).max() < 0.02
     assert state.contacts.all()
-    weight = 9.81 * robot.mass
+    weight = GRAVITY * robot.mass
     np.testing.assert_allclose(state.contact_forces.sum(axis=0), [0.0, 0.0, weight], atol=0.01 * weight)
     assert station.touching_links(context) == []
     imu = station.GetOutputPort("imu").Eval(context)
     np.testing.assert_allclose(imu[:3], 0.0, atol=0.02)
-    np.testing.assert_allclose(imu[3:], [0.0, 0.0, 9.81], atol=0.15)
+    np.testing.assert_allclose(imu[3:], [0.0, 0.0, GRAVITY], atol=0.15)
 
 
 def test_oracle_state_is_the_plant_s():

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.planning.nominal_pose import rotation_from_rpy
 from quadpips_drake.planning.torso.torso_search import search_torso_path
@@ -96,7 +97,7 @@ def standing_state(robot, x=0.0, y=0.0, yaw=0.0, z=0.0, stamp=0.0) -> RobotState
         joint_positions=np.asarray(robot.nominal_joints),
         joint_velocities=np.zeros(12),
         joint_torques=np.zeros(12),
-        contact_forces=np.tile([0.0, 0.0, robot.mass * 9.81 / 4], (4, 1)),
+        contact_forces=np.tile([0.0, 0.0, robot.mass * GRAVITY / 4], (4, 1)),
         contacts=np.ones(4, dtype=bool),
     )
 

@@ -6,8 +6,9 @@ from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue, Ini
 from pydrake.math import RollPitchYaw_
 from pydrake.multibody.plant import MultibodyPlant
 
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.trajectory.centroidal.centroidal_model import GRAVITY, CentroidalModel
+from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from tests.trajectory.test_centroidal_model import random_points
 
 TOLERANCE = 1e-8

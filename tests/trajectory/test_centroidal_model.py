@@ -7,8 +7,9 @@ from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.plant import MultibodyPlant
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.trajectory.centroidal.centroidal_model import GRAVITY, CentroidalModel
+from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.values.robot_state import RobotState
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.optimal_control_problem import OcpConfig, OptimalControlProblem, shift_guess
@@ -54,7 +55,7 @@ def test_contacts_are_respected(model, problem, solved):
     drift = velocity + problem.config.stance_position_gain * (position - task.foot_ref_p[:-1])
     np.testing.assert_allclose(drift[task.stance], 0, atol=1e-4)
     friction = problem.config.friction / np.sqrt(2.0)  # the pyramid lies inside the cone
-    tolerance = 1e-4 * model.mass * 9.81
+    tolerance = 1e-4 * model.mass * GRAVITY
     assert (np.abs(forces[..., :2]) <= friction * forces[..., 2:] + tolerance).all()
 
 

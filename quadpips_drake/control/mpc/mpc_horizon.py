@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import NUM_LEGS, Leg
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
 
-GRAVITY = 9.81
 _EARLY_PHASE = 0.6
 """From this part of a swing on a touch counts as touch-down [1]."""
 

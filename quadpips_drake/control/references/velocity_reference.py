@@ -11,13 +11,13 @@ from quadpips_drake.control.references.ground_plane import GroundPlane, fitted_p
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.gaits.gait_timeline import GaitTimeline, standing_timeline
 from quadpips_drake.gaits.gaits import Gait, load_gait
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import NUM_JOINTS, Leg
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
 
-GRAVITY = 9.81
 STILL = 1e-3
 """Speeds below this [m/s, rad/s] count as standing."""
 _SAME_TIME = 1e-4

@@ -9,10 +9,9 @@ through the base, so joints of different legs do not couple.
 import numpy as np
 from numba import njit
 
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.math.small_algebra import add, cross, dot, scale, store, subtract, times, transpose_times, vector
 from quadpips_drake.robots.kinematic_tree import axis_rotation
-
-GRAVITY = 9.81
 
 
 @njit(cache=True)

@@ -11,12 +11,11 @@ from quadpips_drake.control.whole_body.whole_body_assembly import WeightedAssemb
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
 from quadpips_drake.control.whole_body.whole_body_methods import MethodSolution, WholeBodyProgram, make_method
 from quadpips_drake.control.whole_body.whole_body_targets import base_acceleration, joint_targets, redistributed
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.values.legs import NUM_JOINTS, NUM_LEGS
 from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.whole_body_command import FootMode, WholeBodyCommand
-
-GRAVITY = 9.81
 
 
 class TaskSpaceInverseDynamics:

@@ -9,9 +9,8 @@ from numba import njit
 from quadpips_drake.control.whole_body.contact_logic import FootTargets
 from quadpips_drake.control.whole_body.robot_dynamics import NUM_VELOCITIES, DynamicsTerms
 from quadpips_drake.control.whole_body.whole_body_tasks import NUM_VARIABLES, pyramid_rows
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.values.legs import NUM_JOINTS, NUM_LEGS
-
-GRAVITY = 9.81
 
 
 class WeightedAssembly:

@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit
 
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.math.small_algebra import (
     add,
     cross,
@@ -19,7 +20,6 @@ from quadpips_drake.math.small_algebra import (
 from quadpips_drake.trajectory.centroidal.centroidal_kernels import (
     ANGLES,
     ANGULAR,
-    GRAVITY,
     JOINT_RATES,
     JOINTS,
     POSITION,

@@ -10,6 +10,7 @@ mass; a_j, o_j axis and origin of joint j; r_b, V_b centre of mass and velocity 
 import numpy as np
 from numba import njit
 
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.math.small_algebra import (
     accumulate,
     add,
@@ -28,8 +29,6 @@ from quadpips_drake.robots.kinematic_tree import axis_rotation
 
 STATE_SIZE = 24
 INPUT_SIZE = 24
-GRAVITY = 9.81
-"""[m/s^2]"""
 
 # Slices of the state and of the input; single indices because numba wants constants.
 MOMENTUM, ANGULAR, POSITION, ANGLES, JOINTS = 0, 3, 6, 9, 12

@@ -4,12 +4,12 @@ import numpy as np
 from numba import njit
 
 from quadpips_drake.errors import unknown_name
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.math.small_algebra import roll_pitch_yaw_rotation
 from quadpips_drake.robots.kinematic_tree import KinematicTree
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.trajectory.centroidal.centroidal_derivatives import knot_derivatives
 from quadpips_drake.trajectory.centroidal.centroidal_kernels import (
-    GRAVITY,
     INPUT_SIZE,
     JOINTS,
     STATE_SIZE,
@@ -154,4 +154,4 @@ def _contiguous(a):
     return np.ascontiguousarray(a, dtype=float)
 
 
-__all__ = ["GRAVITY", "INPUT_SIZE", "MODEL_KINDS", "STATE_SIZE", "CentroidalModel", "lumped_tree"]
+__all__ = ["INPUT_SIZE", "MODEL_KINDS", "STATE_SIZE", "CentroidalModel", "lumped_tree"]

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.solvers.registry import make_solver, solve_program
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.knot_kernels import OcpParameters, approximate_knots, make_blocks
@@ -255,7 +256,7 @@ def _parameters(model, config):
         float(config.swing_error_gain),
         int(config.swing_constraint_directions),
         float(config.min_normal_force),
-        float(_FORCE_UNIT_PER_WEIGHT * model.mass * 9.81),
+        float(_FORCE_UNIT_PER_WEIGHT * model.mass * GRAVITY),
         float(config.pyramid_friction),
     )
 
