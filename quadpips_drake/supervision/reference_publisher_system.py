@@ -1,13 +1,12 @@
 """ReferencePublisher: puts planned references on the robot's clock."""
 
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
-
+from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.supervision.reference_publisher import Publication, ReferencePublisherConfig, publish
+from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.reference import WholeBodyReference
 
 
-class ReferencePublisher(LeafSystem):
+class ReferencePublisher(Stage):
     """Publishes each new plan once, shifted in time to start a little in the future, and holds it until the next one.
 
     QuadPiPS section VII-A: the reference is shifted to now + ``time_ahead`` (0.25 s), which leaves the MPC time to see it
@@ -26,27 +25,17 @@ class ReferencePublisher(LeafSystem):
       ``request_id``; without samples or with an id seen before: ignored.
     - abort (optional): bool; while True the reference is dropped and the robot stands.
     - reference: WholeBodyReference in absolute time, frame W; without samples (request id 0) while there is nothing to
-      follow. Updated at 1 / ``period``.
+      follow. Updated at ``config.rate`` (100 Hz).
     """
 
-    def __init__(self, config: ReferencePublisherConfig | None = None, *, period: float = 0.01):
-        super().__init__()
-        self.set_name("reference_publisher")
-        self._config = config or ReferencePublisherConfig()
-        self._planned = self.DeclareAbstractInputPort("planned_reference", AbstractValue.Make(WholeBodyReference.empty()))
-        self._abort = self.DeclareAbstractInputPort("abort", AbstractValue.Make(False))
-        self._state = self.DeclareAbstractState(AbstractValue.Make(Publication(WholeBodyReference.empty())))
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
-        self.DeclareAbstractOutputPort(
-            "reference",
-            lambda: AbstractValue.Make(WholeBodyReference.empty()),
-            lambda context, output: output.set_value(context.get_abstract_state(int(self._state)).get_value().reference),
-            {self.abstract_state_ticket(self._state)},
-        )
+    def __init__(self, config: ReferencePublisherConfig | None = None, *, timings: StageTimings | None = None):
+        config = config or ReferencePublisherConfig()
+        memory = Publication(WholeBodyReference.empty())
+        super().__init__("reference_publisher", config, memory=memory, timings=timings)
+        self.declare_input("planned_reference", WholeBodyReference)
+        self.declare_input("abort", bool, default=False)
+        self.declare_output("reference", WholeBodyReference, lambda publication: publication.reference)
 
-    def _update(self, context, state):
-        last = context.get_abstract_state(int(self._state)).get_value()
-        abort = self._abort.HasValue(context) and self._abort.Eval(context)
-        new = publish(last, self._planned.Eval(context), abort, context.get_time(), self._config)
-        if new is not last:
-            state.get_mutable_abstract_state(int(self._state)).set_value(new)
+    def update(self, inputs: Inputs, memory: Publication, time: float) -> Publication:
+        """Publishes a new plan if there is one."""
+        return publish(memory, inputs.planned_reference, inputs.abort, time, self.config)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, StageStatus
 from quadpips_drake.values.reference import WholeBodyReference
@@ -17,8 +18,11 @@ PHASES = ("standing_up", "pausing", "planning", "walking", "recovering", "goal_r
 
 
 @dataclass
-class MonitorConfig:
+class MonitorConfig(StageConfig):
     """When the monitor reacts. What counts as unstable is decided by the safety monitor of the control stage."""
+
+    rate: float = 10.0
+    """How often it looks at everything [Hz] (the authors' release: 10)."""
 
     goal_tolerance: float = 0.20
     """The goal is reached when the base is this close to it, in xy [m]."""
@@ -46,6 +50,7 @@ class MonitorConfig:
     """... and its base no faster than this [m/s]."""
 
     def __post_init__(self):
+        super().__post_init__()
         if not 0.0 < self.goal_tolerance <= self.goal_lost:
             raise UserInputError("the monitor needs 0 < goal_tolerance <= goal_lost")
         if self.max_failed_plans < 1:

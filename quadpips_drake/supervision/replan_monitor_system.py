@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance
+from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import FootholdPlan, MonitorStatus, PlanRequest, StageStatus
 from quadpips_drake.values.reference import WholeBodyReference
@@ -23,7 +23,7 @@ class _Memory(ImmutableValue):
     status: MonitorStatus
 
 
-class ReplanMonitor(LeafSystem):
+class ReplanMonitor(Stage):
     """Asks for plans until the goal is reached, and aborts a reference when the robot becomes unstable.
 
     QuadPiPS section VII-A: a completed reference, or a robot that the safety monitor calls unstable, lead to a new plan; in
@@ -54,50 +54,39 @@ class ReplanMonitor(LeafSystem):
     - status: MonitorStatus: phase, reason, counters and the distance to the goal [m].
     - abort: bool; True while the robot recovers, in which time there is nothing to follow.
 
-    All outputs are updated at 1 / ``period`` (10 Hz).
+    All outputs are updated at ``config.rate`` (10 Hz).
     """
 
-    def __init__(self, goal, config: MonitorConfig | None = None, *, period: float = 0.1):
-        super().__init__()
-        self.set_name("replan_monitor")
-        self._goal = np.array(goal, dtype=float)
-        if self._goal.shape != (2,) or not np.isfinite(self._goal).all():
+    def __init__(self, goal, config: MonitorConfig | None = None, *, timings: StageTimings | None = None):
+        """``goal``: x, y in W [m]."""
+        goal = np.array(goal, dtype=float)
+        if goal.shape != (2,) or not np.isfinite(goal).all():
             raise UserInputError(f"the goal must be two finite numbers x, y [m], not {goal}")
-        self._config = config or MonitorConfig()
-        self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(RobotState.empty()))
-        self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(WholeBodyReference.empty()))
-        self._foothold_plan = self.DeclareAbstractInputPort("foothold_plan", AbstractValue.Make(FootholdPlan.empty()))
-        self._trajectory_status = self.DeclareAbstractInputPort("trajectory_status", AbstractValue.Make(StageStatus.empty()))
-        self._safety_status = self.DeclareAbstractInputPort("safety_status", AbstractValue.Make(SafetyStatus.empty()))
-        first = Monitor(PlanRequest(0, 0.0, self._goal))
-        self._memory = self.DeclareAbstractState(
-            AbstractValue.Make(_Memory(first, MonitorStatus(0.0, first.phase, first.reason)))
-        )
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
-        self._declare_output("plan_request", first.request, lambda memory: memory.monitor.request)
-        self._declare_output("status", MonitorStatus(0.0, first.phase), lambda memory: memory.status)
-        self._declare_output("abort", False, lambda memory: memory.monitor.phase == "recovering")
+        first = Monitor(PlanRequest(0, 0.0, goal))
+        memory = _Memory(first, MonitorStatus(0.0, first.phase, first.reason))
+        super().__init__("replan_monitor", config or MonitorConfig(), memory=memory, timings=timings)
+        self._goal = goal
+        self.declare_input("robot_state", RobotState)
+        self.declare_input("reference", WholeBodyReference)
+        self.declare_input("foothold_plan", FootholdPlan)
+        self.declare_input("trajectory_status", StageStatus, default=StageStatus.empty())
+        self.declare_input("safety_status", SafetyStatus, default=SafetyStatus.empty())
+        self.declare_output("plan_request", PlanRequest, lambda memory: memory.monitor.request)
+        self.declare_output("status", MonitorStatus, lambda memory: memory.status)
+        self.declare_output("abort", bool, lambda memory: memory.monitor.phase == "recovering")
 
-    def _declare_output(self, name: str, example, read):
-        self.DeclareAbstractOutputPort(
-            name,
-            lambda: AbstractValue.Make(example),
-            lambda context, output: output.set_value(read(context.get_abstract_state(int(self._memory)).get_value())),
-            {self.abstract_state_ticket(self._memory)},
-        )
-
-    def _update(self, context, state):
-        has_status = self._trajectory_status.HasValue(context)
+    def update(self, inputs: Inputs, memory: _Memory, time: float) -> _Memory:
+        """Looks at the situation."""
         now = Situation(
-            time=context.get_time(),
-            state=self._robot_state.Eval(context),
-            reference=self._reference.Eval(context),
-            foothold_plan=self._foothold_plan.Eval(context),
-            trajectory_status=self._trajectory_status.Eval(context) if has_status else StageStatus.empty(),
+            time=time,
+            state=inputs.robot_state,
+            reference=inputs.reference,
+            foothold_plan=inputs.foothold_plan,
+            trajectory_status=inputs.trajectory_status,
             goal=self._goal,
-            safety=self._safety_status.Eval(context) if self._safety_status.HasValue(context) else SafetyStatus.empty(),
+            safety=inputs.safety_status,
         )
-        monitor = advance(context.get_abstract_state(int(self._memory)).get_value().monitor, now, self._config)
+        monitor = advance(memory.monitor, now, self.config)
         status = MonitorStatus(
             stamp=now.time,
             phase=monitor.phase,
@@ -107,4 +96,4 @@ class ReplanMonitor(LeafSystem):
             failed_plans=monitor.failed_plans,
             distance_to_goal=now.distance_to_goal,
         )
-        state.get_mutable_abstract_state(int(self._memory)).set_value(_Memory(monitor, status))
+        return _Memory(monitor, status)

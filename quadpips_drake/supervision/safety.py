@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import NUM_LEGS, Leg
 from quadpips_drake.values.mpc_policy import MpcPolicy
@@ -17,8 +18,11 @@ from quadpips_drake.values.safety_status import SAFETY_EVENTS, SafetyStatus
 
 
 @dataclass
-class SafetyConfig:
+class SafetyConfig(StageConfig):
     """Bounds of what is still normal: beyond them a reference is aborted."""
+
+    rate: float = 100.0
+    """How often it looks at the robot [Hz]."""
 
     max_tilt: float = 0.4
     """|roll| and |pitch| above which the robot counts as unstable [rad] (15 degrees in the release's unused checker, which
@@ -49,6 +53,7 @@ class SafetyConfig:
     """An event is over when the robot has been upright and at rest for so long [s]."""
 
     def __post_init__(self):
+        super().__post_init__()
         if not 0.0 < self.max_tilt <= self.fall_tilt:
             raise UserInputError("safety needs 0 < max_tilt <= fall_tilt")
         for name in ("max_turn_rate", "max_joint_speed_ratio", "max_torque_ratio", "max_slip", "calm_joint_speed"):

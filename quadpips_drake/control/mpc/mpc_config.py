@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from quadpips_drake.errors import UserInputError, unknown_name
+from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig
 
@@ -12,8 +13,11 @@ GRIDS = ("graded", "uniform")
 
 
 @dataclass
-class MpcConfig:
+class MpcConfig(StageConfig):
     """Horizon of the MPC, what it does when it fails, and faults to be simulated."""
+
+    rate: float = 50.0
+    """How often it solves [Hz] (QuadPiPS: 50)."""
 
     horizon: float = 1.0
     """Length [s] (QuadPiPS: 1.0)."""
@@ -41,6 +45,7 @@ class MpcConfig:
     """Shape of the swings."""
 
     def __post_init__(self):
+        super().__post_init__()
         if self.grid not in GRIDS:
             raise unknown_name("MPC grid", self.grid, GRIDS)
         if min(self.horizon, self.first_interval, self.uniform_interval) <= 0.0 or self.intervals < 2:

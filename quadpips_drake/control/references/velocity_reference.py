@@ -9,6 +9,7 @@ import numpy as np
 from quadpips_drake.control.mpc.mpc_horizon import weight_bearing_inputs
 from quadpips_drake.control.references.ground_plane import GroundPlane, fitted_plane
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.gaits.gait_timeline import GaitTimeline, standing_timeline
 from quadpips_drake.gaits.gaits import Gait, load_gait
 from quadpips_drake.math.constants import GRAVITY
@@ -27,8 +28,11 @@ STANCE = "stance"
 
 
 @dataclass
-class VelocityReferenceConfig:
+class VelocityReferenceConfig(StageConfig):
     """How a velocity command becomes a reference."""
+
+    rate: float = 50.0
+    """How often it makes a new reference [Hz]."""
 
     horizon: float = 1.8
     """Length of the reference [s]; longer than the MPC's horizon plus a swing."""
@@ -68,6 +72,7 @@ class VelocityReferenceConfig:
     """Inclination of the base as part of the ground's, 0..1 [1]."""
 
     def __post_init__(self):
+        super().__post_init__()
         for name in ("horizon", "sample_time", "max_acceleration", "max_yaw_acceleration", "ground_filter_time"):
             if getattr(self, name) <= 0.0:
                 raise UserInputError(f"velocity_reference.{name} must be positive, is {getattr(self, name)}")

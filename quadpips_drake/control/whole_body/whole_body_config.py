@@ -3,13 +3,17 @@
 from dataclasses import dataclass
 
 from quadpips_drake.errors import UserInputError, unknown_name
+from quadpips_drake.framework.stage_config import StageConfig
 
 METHODS = ("weighted", "hierarchical")
 
 
 @dataclass
-class WbcConfig:
+class WbcConfig(StageConfig):
     """Gains and weights of whole-body control. Weights multiply squared accelerations, so they compare one with another."""
+
+    rate: float = 500.0
+    """How often it solves [Hz] (QuadPiPS: 500 to 1000)."""
 
     method: str = "weighted"
     """How tasks are ranked: weighted (one program, errors are traded by weight) or hierarchical (strictly by priority)."""
@@ -66,6 +70,7 @@ class WbcConfig:
     """After so many failed programs in a row the robot stands by joint control alone."""
 
     def __post_init__(self):
+        super().__post_init__()
         if self.method not in METHODS:
             raise unknown_name("method of whole-body control", self.method, METHODS)
         for name in (

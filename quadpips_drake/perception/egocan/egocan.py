@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.perception.egocan import egocan_kernels as kernels
 from quadpips_drake.perception.egocan.ground_memory import (
     GroundMemory,
@@ -36,8 +37,11 @@ from quadpips_drake.values.immutable import ImmutableValue
 
 
 @dataclass
-class EgocanConfig:
+class EgocanConfig(StageConfig):
     """Parameters of the legged egocan."""
+
+    rate: float = 30.0
+    """How often an image is taken in [Hz] (QuadPiPS: 30 and more)."""
 
     v_fov: float = 0.7854
     """Vertical field of view of the cylinder [rad], 45..90 deg. The cap covers the disc of ground within 2/v_fov camera
@@ -52,8 +56,6 @@ class EgocanConfig:
     """Rows of the cylinder, over v_fov [pixels]."""
     cylinder_stride: int = 2
     """Every how many pixels of the depth image a point goes onto the (much coarser) cylinder [pixels]."""
-    period: float = 1.0 / 30.0
-    """Time between two updates [s]."""
     max_jump: float = 0.5
     """The memory is dropped when the camera moves further than this between two images [m]."""
     max_turn: float = 0.7
@@ -61,14 +63,15 @@ class EgocanConfig:
     ground: GroundMemoryConfig = field(default_factory=GroundMemoryConfig)
 
     def __post_init__(self):
+        super().__post_init__()
         if not np.pi / 4 - 1e-3 <= self.v_fov <= np.pi / 2 + 1e-3:
             raise UserInputError(f"egocan: v_fov must be within 0.785..1.571 rad, got {self.v_fov}")
         if min(self.cap_size, self.cylinder_width, self.cylinder_height) < 16 or self.cylinder_stride < 1:
             raise UserInputError("egocan: images need at least 16 pixels a side and a stride of at least 1")
         if not 0 <= self.cap_pixel <= 0.1:
             raise UserInputError(f"egocan: cap_pixel must be within 0..0.1 m, got {self.cap_pixel}")
-        if min(self.period, self.max_jump, self.max_turn) <= 0:
-            raise UserInputError("egocan: period, max_jump and max_turn must be positive")
+        if min(self.max_jump, self.max_turn) <= 0:
+            raise UserInputError("egocan: max_jump and max_turn must be positive")
 
     @property
     def cap_focal(self) -> float:

@@ -3,10 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageDepth32F
 
+from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.perception.normals.label_transfer import transfer_labels
 from quadpips_drake.perception.normals.normals import NormalConfig, clean_depth, estimate_normals
 from quadpips_drake.timing import StageTimings
@@ -16,11 +15,12 @@ from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.steppability import Steppability
 
 
-class NormalEstimator(LeafSystem):
+class NormalEstimator(Stage):
     """Estimates a surface normal per pixel and assembles the affordance image (depth, normal, steppability).
 
     Image gradients, QuadPiPS section V-A, equations 5-9; see normals.py. The pose of the camera follows from the
-    state of the base: X_WC = X_WB X_BC. Without memory: whoever reads the output sets the rate (30 Hz in the paper).
+    state of the base: X_WC = X_WB X_BC. Unless it has a rate of its own, whoever reads the output
+    sets it (30 Hz in the paper).
 
     .. pydrake_system::
 
@@ -48,32 +48,22 @@ class NormalEstimator(LeafSystem):
         config: NormalConfig | None = None,
         *,
         timings: StageTimings | None = None,
+        name: str = "normal_estimator",
     ):
         """``X_BC``: pose of the optical frame in the base frame, (4, 4)."""
-        super().__init__()
+        super().__init__(name, config or NormalConfig(), memory=AffordanceImage.empty(), label="normals", timings=timings)
         self._X_BC = np.array(X_BC, float)
         self._intrinsics = intrinsics
-        self._config = config or NormalConfig()
-        self._timings = timings or StageTimings()
-        depth = AbstractValue.Make(ImageDepth32F(intrinsics.width, intrinsics.height))
-        self._depth_port = self.DeclareAbstractInputPort("depth_image", depth)
-        self._state_port = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(RobotState.empty()))
-        self._label_port = self.DeclareAbstractInputPort("labels", AbstractValue.Make(LabelImage.empty()))
-        self.DeclareAbstractOutputPort(
-            "affordance_image",
-            lambda: AbstractValue.Make(AffordanceImage.empty()),
-            self._calc_affordance_image,
-            {self._depth_port.ticket(), self._state_port.ticket(), self._label_port.ticket()},
-        )
+        self.declare_input("depth_image", ImageDepth32F, example=ImageDepth32F(intrinsics.width, intrinsics.height))
+        self.declare_input("robot_state", RobotState)
+        self.declare_input("labels", LabelImage, default=None)
+        self.declare_output("affordance_image", AffordanceImage)
 
-    def _calc_affordance_image(self, context, output):
-        depth = np.squeeze(self._depth_port.Eval(context).data, axis=2)
-        labels = self._label_port.Eval(context) if self._label_port.HasValue(context) else None
-        with self._timings.measure("normals"):
-            image = make_affordance_image(
-                depth, self._state_port.Eval(context), self._X_BC, self._intrinsics, self._config, labels
-            )
-        output.set_value(image)
+    def update(self, inputs: Inputs, memory: AffordanceImage, time: float) -> AffordanceImage:
+        """Estimates the normals of the image of this moment."""
+        depth = np.squeeze(inputs.depth_image.data, axis=2)
+        state, labels = inputs.robot_state, inputs.labels
+        return make_affordance_image(depth, state, self._X_BC, self._intrinsics, self.config, labels)
 
 
 def make_affordance_image(

@@ -6,11 +6,12 @@ import numpy as np
 from numba import njit
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.stage_config import OnDemandStageConfig
 from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 
 
 @dataclass
-class NormalConfig:
+class NormalConfig(OnDemandStageConfig):
     """Parameters of the normal estimation."""
 
     min_range: float = 0.1
@@ -23,6 +24,7 @@ class NormalConfig:
     """Pixels to each side over which a gradient is fitted; 1 is the least, more is smoother against noise [pixels]."""
 
     def __post_init__(self):
+        super().__post_init__()
         if not 0 < self.min_range < self.max_range:
             raise UserInputError(f"normals: need 0 < min_range < max_range, got {self.min_range} and {self.max_range}")
         if self.depth_jump <= 0:

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.stage_config import OnDemandStageConfig
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.regions import PlanarRegion
@@ -15,9 +16,11 @@ _MAX_SPLITS = 3
 
 
 @dataclass
-class OracleRegionConfig:
+class OracleRegionConfig(OnDemandStageConfig):
     """Parameters of the regions from ground truth."""
 
+    rate: float = 20.0
+    """How often regions are put out [Hz]; 0: whenever they are read."""
     cell: float = 0.15
     """Wanted side of an inset [m]; faces are cut into cells of about this size."""
     margin: float = 0.015
@@ -26,14 +29,13 @@ class OracleRegionConfig:
     """Least radius around the centre of an inset, where a foot's centre may go [m]."""
     radius: float = 1.9
     """Regions whose centre is within this distance of the base (xy) are known [m]."""
-    period: float = 0.05
-    """Time between two updates [s]; 0 computes on demand."""
 
     def __post_init__(self):
+        super().__post_init__()
         if self.cell < 0.02 or self.radius <= 0:
             raise UserInputError(f"oracle regions: need cell >= 0.02 m and radius > 0, got {self.cell} and {self.radius}")
-        if min(self.margin, self.min_radius, self.period) < 0:
-            raise UserInputError("oracle regions: margin, min_radius and period must not be negative")
+        if min(self.margin, self.min_radius) < 0:
+            raise UserInputError("oracle regions: margin and min_radius must not be negative")
 
 
 def regions_from_terrain(terrain: Terrain, foot_radius: float, config: OracleRegionConfig) -> tuple[PlanarRegion, ...]:

@@ -1,9 +1,6 @@
 """The system that stands in for the whole perception with ground truth."""
 
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
-
-from quadpips_drake.perception.periodic_stage import declare_periodic_output
+from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig, nearby_regions, regions_from_terrain
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.timing import StageTimings
@@ -11,7 +8,7 @@ from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.values.robot_state import RobotState
 
 
-class OracleRegions(LeafSystem):
+class OracleRegions(Stage):
     """Knows the regions of the terrain around the robot from ground truth.
 
     The visible faces of the terrain, cut into cells; see perception.regions.oracle_regions.
@@ -25,7 +22,7 @@ class OracleRegions(LeafSystem):
         - region_set
 
     - robot_state: abstract RobotState, frame W; regions around its base are put out.
-    - region_set: abstract RegionSet, frame W, every ``config.period`` (20 Hz) or on demand; a region keeps its id.
+    - region_set: abstract RegionSet, frame W, at ``config.rate`` (20 Hz) or on demand; a region keeps its id.
     """
 
     def __init__(
@@ -37,16 +34,12 @@ class OracleRegions(LeafSystem):
         timings: StageTimings | None = None,
     ):
         """``foot_radius`` in [m]."""
-        super().__init__()
-        self._config = config or OracleRegionConfig()
-        self._timings = timings or StageTimings()
-        self._regions = regions_from_terrain(terrain, foot_radius, self._config)
-        self._state_port = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(RobotState.empty()))
-        declare_periodic_output(
-            self, "region_set", RegionSet(stamp=float("-inf")), self._select, [self._state_port], self._config.period
-        )
+        super().__init__("oracle_regions", config or OracleRegionConfig(), memory=RegionSet.empty(), timings=timings)
+        self._regions = regions_from_terrain(terrain, foot_radius, self.config)
+        self.declare_input("robot_state", RobotState)
+        self.declare_output("region_set", RegionSet)
 
-    def _select(self, context) -> RegionSet:
-        state = self._state_port.Eval(context)
-        with self._timings.measure("oracle_regions"):
-            return RegionSet(state.stamp, nearby_regions(self._regions, state.p_WB, self._config.radius))
+    def update(self, inputs: Inputs, memory: RegionSet, time: float) -> RegionSet:
+        """Selects the regions around the robot."""
+        state = inputs.robot_state
+        return RegionSet(state.stamp, nearby_regions(self._regions, state.p_WB, self.config.radius))

@@ -6,15 +6,18 @@ import cv2
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.stage_config import OnDemandStageConfig
 from quadpips_drake.perception.regions import region_kernels as kernels
 from quadpips_drake.values.images import SuperpixelImage
 from quadpips_drake.values.regions import PlanarRegion, RegionSet
 
 
 @dataclass
-class RegionConfig:
+class RegionConfig(OnDemandStageConfig):
     """Parameters of the region extraction."""
 
+    rate: float = 0.0
+    """How often regions are extracted [Hz]; 0: whenever they are read (the superpixels set the rate)."""
     margin: float = 0.015
     """A foot sphere stays at least this far from every edge, beside its radius [m]."""
     overlap: float = 0.03
@@ -27,14 +30,11 @@ class RegionConfig:
     """Holes in the ground that are up to this wide are noise or cracks of the drawing, which no foot falls into [pixels]."""
     max_vertices: int = 10
     """Most vertices of an inset polygon."""
-    period: float = 0.0
-    """Time between two updates [s]; 0 computes when read, at most once for each set of superpixels."""
 
     def __post_init__(self):
-        if min(self.margin, self.overlap, self.min_radius) < 0 or self.max_off_plane <= 0 or self.period < 0:
-            raise UserInputError(
-                "regions: margin, overlap, min_radius and period must not be negative, max_off_plane positive"
-            )
+        super().__post_init__()
+        if min(self.margin, self.overlap, self.min_radius) < 0 or self.max_off_plane <= 0:
+            raise UserInputError("regions: margin, overlap and min_radius must not be negative, max_off_plane positive")
         if not 0 <= self.max_speck <= 10:
             raise UserInputError(f"regions: max_speck must be 0..10 pixels, got {self.max_speck}")
         if self.max_vertices < 3:

@@ -1,15 +1,12 @@
 """The system around the superpixels."""
 
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
-
-from quadpips_drake.perception.periodic_stage import declare_periodic_output
+from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.perception.superpixels.superpixels import SuperpixelConfig, segment_superpixels
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.images import EgocanImage, SuperpixelImage
 
 
-class SuperpixelSegmenter(LeafSystem):
+class SuperpixelSegmenter(Stage):
     """Over-segments the floor cap of the egocan into planar superpixels.
 
     SLIC for sparse multi-channel images, QuadPiPS section V-D, equations 10-14; see superpixels.py. The superpixels
@@ -24,21 +21,17 @@ class SuperpixelSegmenter(LeafSystem):
         - superpixels
 
     - egocan: abstract EgocanImage, frame E.
-    - superpixels: abstract SuperpixelImage, frame E, every ``config.period`` (20 Hz); with period 0 on demand, each by
+    - superpixels: abstract SuperpixelImage, frame E, at ``config.rate`` (20 Hz); with rate 0 on demand, each by
       itself without memory. Without clusters while the egocan is empty or nothing in it can be stepped on.
     """
 
     def __init__(self, config: SuperpixelConfig | None = None, *, timings: StageTimings | None = None):
-        super().__init__()
-        self._config = config or SuperpixelConfig()
-        self._timings = timings or StageTimings()
-        self._can_port = self.DeclareAbstractInputPort("egocan", AbstractValue.Make(EgocanImage.empty()))
-        declare_periodic_output(
-            self, "superpixels", SuperpixelImage.empty(), self._segment, [self._can_port], self._config.period
-        )
+        config, memory = config or SuperpixelConfig(), SuperpixelImage.empty()
+        super().__init__("superpixel_segmenter", config, memory=memory, label="superpixels", timings=timings)
+        self.declare_input("egocan", EgocanImage)
+        self.declare_output("superpixels", SuperpixelImage)
 
-    def _segment(self, context) -> SuperpixelImage:
-        can = self._can_port.Eval(context)
-        previous = context.get_abstract_state(0).get_value() if self._config.period > 0 else None
-        with self._timings.measure("superpixels"):
-            return segment_superpixels(can, self._config, previous)
+    def update(self, inputs: Inputs, memory: SuperpixelImage, time: float) -> SuperpixelImage:
+        """Segments the cap of this moment."""
+        previous = memory if self.config.rate > 0 else None
+        return segment_superpixels(inputs.egocan, self.config, previous)

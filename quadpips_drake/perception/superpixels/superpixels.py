@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.stage_config import OnDemandStageConfig
 from quadpips_drake.perception.superpixels import superpixel_kernels as kernels
 from quadpips_drake.perception.superpixels.superpixel_health import check_health
 from quadpips_drake.perception.superpixels.superpixel_tracking import (
@@ -21,9 +22,11 @@ _ALLOWED = np.isin(np.arange(256), (Steppability.UNKNOWN, Steppability.STEPPABLE
 
 
 @dataclass
-class SuperpixelConfig:
+class SuperpixelConfig(OnDemandStageConfig):
     """Parameters of the health check and of the clustering."""
 
+    rate: float = 20.0
+    """How often the cap is segmented [Hz] (QuadPiPS: 20); 0: whenever it is read, each image by itself."""
     num_superpixels: int = 175
     """Clusters wanted on a full cap, k_des; sets the grid step s = sqrt(pixels / k_des) [pixels]."""
     iterations: int = 5
@@ -58,18 +61,17 @@ class SuperpixelConfig:
     """Greatest distance of an inlier from the plane [m]."""
     seed: int = 1
     """Of the random choice of samples."""
-    period: float = 0.05
-    """Time between two updates [s]; 0 computes on demand."""
 
     def __post_init__(self):
+        super().__post_init__()
         if self.num_superpixels < 1 or self.iterations < 1 or self.min_pixels < 3:
             raise UserInputError("superpixels: need num_superpixels >= 1, iterations >= 1 and min_pixels >= 3")
         if self.warm_iterations < 0 or min(self.max_jump, self.max_turn) <= 0:
             raise UserInputError("superpixels: need warm_iterations >= 0, and max_jump and max_turn above zero")
         if not 0 < self.min_upward <= 1:
             raise UserInputError(f"superpixels: min_upward must be within (0, 1], got {self.min_upward}")
-        if min(self.max_depth, self.max_step, self.ransac_threshold) <= 0 or self.period < 0:
-            raise UserInputError("superpixels: max_depth, max_step, ransac_threshold must be positive, period not negative")
+        if min(self.max_depth, self.max_step, self.ransac_threshold) <= 0:
+            raise UserInputError("superpixels: max_depth, max_step, ransac_threshold must be positive")
         if self.ransac_iterations < 0 or self.ransac_samples < 3:
             raise UserInputError("superpixels: need ransac_iterations >= 0 and ransac_samples >= 3")
 

@@ -4,14 +4,18 @@ import math
 from dataclasses import dataclass, field
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.gaits.swing_gaits import swing_gait
 
 CANDIDATES = ("nearest", "center")
 
 
 @dataclass
-class FootholdConfig:
+class FootholdConfig(StageConfig):
     """Settings of the foothold search (QuadPiPS section VI-C); the defaults suit ANYmal C."""
+
+    rate: float = 15.0
+    """How often it looks for a new torso path [Hz] (QuadPiPS: 15)."""
 
     gait: str = "standing_trot"
     """Order of the swings: standing_trot, slow_trot or standing_walk."""
@@ -93,6 +97,7 @@ class FootholdConfig:
     """Most wall-clock time of a search [s]. A finite one makes results depend on the machine; hits are reported."""
 
     def __post_init__(self):
+        super().__post_init__()
         swing_gait(self.gait)
         if self.candidate not in CANDIDATES:
             raise UserInputError(f"candidate '{self.candidate}' is unknown; known: {', '.join(CANDIDATES)}")

@@ -1,10 +1,6 @@
 """FootholdPlanner: the foothold search as a Drake system."""
 
-from contextlib import nullcontext
-
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
-
+from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.timing import StageTimings
@@ -12,7 +8,7 @@ from quadpips_drake.values.plans import FootholdPlan, TorsoPath
 from quadpips_drake.values.robot_state import RobotState
 
 
-class FootholdPlanner(LeafSystem):
+class FootholdPlanner(Stage):
     """Plans the footholds along a torso path, once for each new path (QuadPiPS section VI-C).
 
     A* over contact-mode families; see ``search_footholds``. It steps on the regions that the torso search used, which come
@@ -31,27 +27,20 @@ class FootholdPlanner(LeafSystem):
     - torso_path: TorsoPath, frame W, with its regions; a new ``request_id`` asks for a plan, 0 for nothing. If it failed,
       the plan fails with the same reason.
     - foothold_plan: FootholdPlan, frame W, for the last path; it has no stances and a reason when nothing was found. Looks
-      for a new path at 1 / ``period`` (15 Hz).
+      for a new path at ``config.rate`` (15 Hz).
     """
 
-    def __init__(
-        self, robot, config: FootholdConfig | None = None, *, period: float = 1 / 15, timings: StageTimings | None = None
-    ):
-        super().__init__()
-        self.set_name("foothold_planner")
+    def __init__(self, robot, config: FootholdConfig | None = None, *, timings: StageTimings | None = None):
+        config = config or FootholdConfig()
+        super().__init__("foothold_planner", config, memory=FootholdPlan.empty(), label="foothold_search", timings=timings)
         self._robot = robot
-        self._config = config or FootholdConfig()
-        self._timings = timings
-        self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(RobotState.empty()))
-        self._torso_path = self.DeclareAbstractInputPort("torso_path", AbstractValue.Make(TorsoPath.empty()))
-        self._plan = self.DeclareAbstractState(AbstractValue.Make(FootholdPlan.empty()))
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
-        self.DeclareStateOutputPort("foothold_plan", self._plan)
+        self.declare_input("robot_state", RobotState)
+        self.declare_input("torso_path", TorsoPath)
+        self.declare_output("foothold_plan", FootholdPlan)
 
-    def _update(self, context, state):
-        path = self._torso_path.Eval(context)
-        if path.request_id in (0, context.get_abstract_state(int(self._plan)).get_value().request_id):
-            return
-        with self._timings.measure("foothold_search") if self._timings else nullcontext():
-            plan = search_footholds(self._robot_state.Eval(context), path.regions, path, self._robot, self._config)
-        state.get_mutable_abstract_state(int(self._plan)).set_value(plan)
+    def update(self, inputs: Inputs, memory: FootholdPlan, time: float) -> FootholdPlan:
+        """Plans if there is a new torso path."""
+        path = inputs.torso_path
+        if path.request_id in (0, memory.request_id):
+            return memory
+        return search_footholds(inputs.robot_state, path.regions, path, self._robot, self.config)

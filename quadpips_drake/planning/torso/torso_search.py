@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.planning.nominal_pose import wrap_angle
 from quadpips_drake.planning.region_table import in_convex_polygon, may_carry_a_foot
 from quadpips_drake.planning.torso.support_map import SupportMap, ground_penalty, make_support_map
@@ -16,8 +17,11 @@ from quadpips_drake.values.regions import RegionSet
 
 
 @dataclass
-class TorsoConfig:
+class TorsoConfig(StageConfig):
     """Settings of the torso search (QuadPiPS section VI-B); the defaults suit ANYmal C."""
+
+    rate: float = 30.0
+    """How often it looks for a new request [Hz] (QuadPiPS: 30)."""
 
     planning_radius: float = 6.0
     """Regions further away than this from the robot are left out [m]."""
@@ -63,6 +67,7 @@ class TorsoConfig:
     """How far that ground reaches beyond the feet [m]."""
 
     def __post_init__(self):
+        super().__post_init__()
         for name in ("planning_radius", "node_spacing", "max_edge_length", "max_edge_yaw", "leg_radius", "pose_spacing"):
             if not getattr(self, name) > 0.0:
                 raise UserInputError(f"{name} must be positive, not {getattr(self, name)}")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.optimal_control_problem import OcpConfig, OptimalControlProblem
@@ -20,8 +21,11 @@ from quadpips_drake.values.swing_plan import SwingPlan, SwingReport
 
 
 @dataclass
-class SwingOptimizerConfig:
+class SwingOptimizerConfig(StageConfig):
     """How swings are optimised."""
+
+    rate: float = 50.0
+    """How often it looks for a new foothold plan [Hz]."""
 
     ocp: OcpConfig = field(default_factory=lambda: OcpConfig(friction=0.6, swing_error_gain=20.0))
     """Of the optimal control problem."""
@@ -45,6 +49,7 @@ class SwingOptimizerConfig:
     """Whether the base keeps moving from swing to swing, at the mean velocity of the neighbouring stances; else it stops."""
 
     def __post_init__(self):
+        super().__post_init__()
         if self.time_step <= 0 or self.max_iterations < 1 or self.tolerance <= 0:
             raise UserInputError("swing optimiser: time_step and tolerance must be > 0, max_iterations >= 1")
 

@@ -1,0 +1,122 @@
+"""Abstract ports that know the type of their values, and a DiagramBuilder that refuses to join unlike ones.
+
+To Drake every Python object is of one type, so that a torso path could be wired into an input for the robot's state and only
+come to light as an AttributeError somewhere in a simulation. Here a port is declared with its type, by way of an example
+value; whoever wires a diagram with this ``DiagramBuilder`` is told about unlike ends at once, with both names.
+"""
+
+from collections.abc import Callable
+
+from pydrake.common.value import AbstractValue
+from pydrake.systems import framework
+from pydrake.systems.framework import InputPort, LeafSystem, OutputPort, PortDataType
+
+
+class WiringError(TypeError):
+    """Two ports were to be joined, or a port was fed, whose values are of different types."""
+
+
+def example_of(kind: type):
+    """Returns the example value of the type ``kind``: ``kind.empty()`` if it has that, else what its constructor makes."""
+    return kind.empty() if hasattr(kind, "empty") else kind()
+
+
+def declare_input(system: LeafSystem, name: str, kind: type, *, example=None) -> InputPort:
+    """Declares the abstract input port ``name`` of ``system`` for values of type ``kind``.
+
+    Args:
+        system: the owner.
+        name: of the port.
+        kind: type of the values.
+        example: a value of that type, where ``example_of(kind)`` is none.
+    """
+    return system.DeclareAbstractInputPort(name, AbstractValue.Make(example_of(kind) if example is None else example))
+
+
+def declare_output(
+    system: LeafSystem, name: str, kind: type, calc: Callable, prerequisites: set | None = None, *, example=None
+) -> OutputPort:
+    """Declares the abstract output port ``name`` of ``system`` for values of type ``kind``.
+
+    Args:
+        system: the owner.
+        name: of the port.
+        kind: type of the values.
+        calc: ``calc(context)`` returns the value.
+        prerequisites: tickets of what ``calc`` looks at; None: everything.
+        example: a value of that type, where ``example_of(kind)`` is none.
+    """
+    value = example_of(kind) if example is None else example
+
+    def write(context, output):
+        output.set_value(calc(context))
+
+    more = () if prerequisites is None else (prerequisites,)
+    return system.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(value), write, *more)
+
+
+def value_type(port: InputPort | OutputPort) -> type | None:
+    """The type of the values of an abstract port (of a leaf system or a diagram); None for a port of vectors."""
+    if port.get_data_type() != PortDataType.kAbstractValued:
+        return None
+    try:
+        return type(port.Allocate().get_value())
+    except RuntimeError:  # a C++ type without a Python name, of a port of Drake's own
+        return None
+
+
+def full_name(port: InputPort | OutputPort) -> str:
+    """'system.port', for messages."""
+    system = port.get_system()
+    return f"{system.get_name() or type(system).__name__}.{port.get_name()}"
+
+
+def check_connection(source: OutputPort, target: InputPort) -> None:
+    """Raises WiringError unless values of ``source`` may be given to ``target``."""
+    _check_types(f"the output {full_name(source)}", value_type(source), target)
+
+
+def _check_types(source: str, given: type | None, target: InputPort) -> None:
+    wanted = value_type(target)
+    # Drake itself compares the types of its own, C++, values; what remains is Python's.
+    if given is not None and wanted is not None and not issubclass(given, wanted):
+        raise WiringError(
+            f"{source} carries {given.__name__}, which cannot be wired to the input {full_name(target)}: "
+            f"it takes {wanted.__name__}"
+        )
+
+
+class DiagramBuilder(framework.DiagramBuilder):
+    """Drake's DiagramBuilder, which also compares the types of Python values when ports are joined."""
+
+    def __init__(self):
+        super().__init__()
+        self._exported_inputs: dict[str, type | None] = {}
+
+    def Connect(self, *args, **kwargs):
+        """As in Drake.
+
+        Raises:
+            WiringError: the ports' values are of different types; the message names both.
+        """
+        ports = list(args) + list(kwargs.values())
+        if len(ports) == 2 and isinstance(ports[0], OutputPort) and isinstance(ports[1], InputPort):
+            check_connection(ports[0], ports[1])
+        super().Connect(*args, **kwargs)
+
+    def ExportInput(self, input, name=""):
+        """As in Drake."""
+        index = super().ExportInput(input, name) if name else super().ExportInput(input)
+        if name:
+            self._exported_inputs[name] = value_type(input)
+        return index
+
+    def ConnectInput(self, diagram_port, input):
+        """As in Drake.
+
+        Raises:
+            WiringError: ``input`` takes other values than those to which the diagram's port led before.
+        """
+        if isinstance(diagram_port, str):
+            _check_types(f"the diagram's input {diagram_port}", self._exported_inputs.get(diagram_port), input)
+        super().ConnectInput(diagram_port, input)

@@ -1,0 +1,210 @@
+"""The base of all stages: systems that compute at a rate, remember something, and may be late.
+
+A stage is its ports and one call of its algorithm,
+
+    m[k+1] = update(inputs(t_k), m[k], t_k),    t_k = k / rate,
+
+and each output is read off the memory m. With a latency L, outputs show m[k+1] only from t_k + L on, while the stage itself
+goes on from its newest memory, as a process does that runs beside the others and takes its time. Both are simulated time:
+they are the same on every machine. A stage without a rate has no memory; its outputs are computed when they are read.
+"""
+
+import time as clock
+from collections.abc import Callable
+from enum import Enum
+from typing import Any
+
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import EventStatus, InputPort, LeafSystem, OutputPort
+
+from quadpips_drake.framework.ports import WiringError, declare_input, declare_output, full_name, value_type
+from quadpips_drake.framework.stage_config import StageConfig
+from quadpips_drake.timing import StageTimings
+
+_SAME_TIME = 1e-9
+"""Events closer than this are at the same time [s]."""
+_REQUIRED = object()
+
+
+class FirstUpdate(Enum):
+    """When a stage with a rate computes for the first time."""
+
+    AT_INITIALIZATION = "before the simulation's first step; from then on every period"
+    AT_ONCE = "at time 0, together with everybody else who does"
+    AFTER_ONE_PERIOD = "when the first period is over"
+
+
+class Inputs:
+    """The values at a stage's input ports at one time, as attributes; each is evaluated when it is first asked for."""
+
+    def __init__(self, ports: dict, context):
+        self._ports, self._context = ports, context
+        self.waited = 0.0
+        """Wall-clock time in which other systems computed these values [s]."""
+
+    def __getattr__(self, name: str):
+        ports = self.__dict__["_ports"]
+        if name not in ports:
+            raise AttributeError(f"there is no input port '{name}'; there are {', '.join(ports)}")
+        start = clock.perf_counter()
+        value = ports[name].read(self._context)
+        self.__dict__[name] = value
+        self.__dict__["waited"] += clock.perf_counter() - start
+        return value
+
+
+class _Port:
+    """An input port with the type of its values and what counts while it is not connected."""
+
+    def __init__(self, port: InputPort, default):
+        self.port, self._default, self._kind = port, default, value_type(port)
+
+    def read(self, context):
+        if self._default is not _REQUIRED and not self.port.HasValue(context):
+            return self._default
+        value = self.port.Eval(context)
+        if self._kind is not None and not isinstance(value, self._kind):
+            # Wired by other means than our DiagramBuilder.
+            raise WiringError(f"the input {full_name(self.port)} takes {self._kind.__name__}, not {type(value).__name__}")
+        return value
+
+
+class Stage(LeafSystem):
+    """A system that is its ports and one call of its algorithm; see the head of this file.
+
+    Subclasses declare their ports in the constructor, inputs first, and implement ``update``.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        config: StageConfig,
+        *,
+        memory: Any,
+        label: str = "",
+        timings: StageTimings | None = None,
+        first: FirstUpdate = FirstUpdate.AT_ONCE,
+    ):
+        """
+        Args:
+            name: of the system.
+            config: rate and latency.
+            memory: what the stage remembers before the first update; never changed in place.
+            label: under which computing times are filed; default: the name.
+            timings: the stopwatch that collects them.
+            first: when the first update happens.
+        """
+        super().__init__()
+        self.set_name(name)
+        self.config = config
+        self.timings = timings or StageTimings()
+        self._label = label or name
+        self._ports: dict[str, _Port] = {}
+        self._initial = memory
+        self._newest = self._shown = self._late = None
+        if config.rate > 0.0:
+            self._declare_updates(config, memory, first)
+
+    def update(self, inputs: Inputs, memory: Any, time: float) -> Any:
+        """Returns the new memory; the old one itself if there was nothing to do.
+
+        Args:
+            inputs: values of the input ports by name; the default of an optional one that is not connected.
+            memory: what the last update returned.
+            time: simulated time [s].
+        """
+        raise NotImplementedError
+
+    def initialize(self, inputs: Inputs, memory: Any, time: float) -> Any:
+        """The update before the first step (``FirstUpdate.AT_INITIALIZATION``), where it is not like any other."""
+        return self.update(inputs, memory, time)
+
+    def declare_input(self, name: str, kind: type, *, default=_REQUIRED, example=None) -> InputPort:
+        """Declares an input port for values of type ``kind``; with a ``default`` it may stay unconnected."""
+        port = declare_input(self, name, kind, example=example)
+        self._ports[name] = _Port(port, default)
+        return port
+
+    def declare_vector_input(self, name: str, size: int, *, default=_REQUIRED) -> InputPort:
+        """Declares an input port for vectors of ``size`` numbers; with a ``default`` it may stay unconnected."""
+        port = self.DeclareVectorInputPort(name, size)
+        self._ports[name] = _Port(port, default)
+        return port
+
+    def declare_output(self, name: str, kind: type, read: Callable = lambda memory: memory, *, example=None) -> OutputPort:
+        """Declares an output port for values of type ``kind``: ``read(memory)``; after all inputs."""
+        return declare_output(
+            self, name, kind, lambda context: read(self.shown_memory(context)), self._sources(), example=example
+        )
+
+    def declare_vector_output(self, name: str, size: int, read: Callable) -> OutputPort:
+        """Declares an output port for vectors of ``size`` numbers: ``read(memory)``; after all inputs."""
+
+        def write(context, output):
+            output.SetFromVector(read(self.shown_memory(context)))
+
+        return self.DeclareVectorOutputPort(name, size, write, self._sources())
+
+    def inputs(self, context) -> Inputs:
+        """The values at the input ports in ``context``, for outputs that look at them directly."""
+        return Inputs(self._ports, context)
+
+    def shown_memory(self, context) -> Any:
+        """The memory that outputs show in ``context``."""
+        if self._newest is None:
+            return self._computed(self.update, context, self._initial)
+        return context.get_abstract_state(int(self._newest if self._shown is None else self._shown)).get_value()
+
+    def _sources(self) -> set:
+        """Tickets of what the outputs depend on."""
+        if self._newest is None:
+            return {entry.port.ticket() for entry in self._ports.values()}
+        return {self.abstract_state_ticket(self._newest if self._shown is None else self._shown)}
+
+    def _declare_updates(self, config: StageConfig, memory, first: FirstUpdate) -> None:
+        self._newest = self.DeclareAbstractState(AbstractValue.Make(memory))
+        offset = 0.0 if first is FirstUpdate.AT_ONCE else config.period
+        if first is FirstUpdate.AT_INITIALIZATION:
+            self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(config.period, offset, self._update)
+        if config.latency > 0.0:
+            self._shown = self.DeclareAbstractState(AbstractValue.Make(memory))
+            self._late = self.DeclareAbstractState(AbstractValue.Make(()))
+            self.DeclarePeriodicUnrestrictedUpdateEvent(config.period, offset + config.latency, self._show)
+
+    def _computed(self, function: Callable, context, memory):
+        """``function`` called and timed; what it waited for its inputs is theirs."""
+        inputs = self.inputs(context)
+        start = clock.perf_counter()
+        result = function(inputs, memory, context.get_time())
+        if result is not memory:
+            self.timings.record(self._label, clock.perf_counter() - start - inputs.waited)
+        return result
+
+    def _initialize(self, context, state):
+        memory = self._computed(self.initialize, context, context.get_abstract_state(int(self._newest)).get_value())
+        state.get_mutable_abstract_state(int(self._newest)).set_value(memory)
+        if self._shown is not None:  # there is no time before the first step in which it could be late
+            state.get_mutable_abstract_state(int(self._shown)).set_value(memory)
+        return EventStatus.Succeeded()
+
+    def _update(self, context, state):
+        last = context.get_abstract_state(int(self._newest)).get_value()
+        memory = self._computed(self.update, context, last)
+        if memory is not last:
+            state.get_mutable_abstract_state(int(self._newest)).set_value(memory)
+        if self._late is not None:
+            now = context.get_time()
+            late = context.get_abstract_state(int(self._late)).get_value()
+            pending = tuple(entry for entry in late if entry[0] >= now - _SAME_TIME)
+            entries = (*pending, (now + self.config.latency, memory))
+            state.get_mutable_abstract_state(int(self._late)).set_value(entries)
+        return EventStatus.Succeeded()
+
+    def _show(self, context, state):
+        """Shows the newest result whose time has come."""
+        now = context.get_time()
+        due = [m for release, m in context.get_abstract_state(int(self._late)).get_value() if release <= now + _SAME_TIME]
+        if due:
+            state.get_mutable_abstract_state(int(self._shown)).set_value(due[-1])
+        return EventStatus.Succeeded()
