@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram
 
+from quadpips_drake.framework.ports import DiagramBuilder
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.egocan.legged_egocan_system import LeggedEgocan
 from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
@@ -94,7 +95,8 @@ def _add_eye(builder, robot, config, timings, eye: _Eye) -> NormalEstimator:
     X_BC = robot.camera(eye.camera).X_BC
     filters = _add_filters(builder, robot, config, timings, eye)
     normals = builder.AddNamedSystem(
-        "normal_estimator" + eye.suffix, NormalEstimator(X_BC, eye.intrinsics, config.normals, timings=timings)
+        "normal_estimator" + eye.suffix,
+        NormalEstimator(X_BC, eye.intrinsics, config.normals, timings=timings, name="normal_estimator" + eye.suffix),
     )
     chain = [*filters, normals]
     builder.ExportInput(chain[0].GetInputPort("depth_image"), "depth_image" + eye.suffix)

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, field
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.ports import DiagramBuilder
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
 from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
@@ -23,24 +23,11 @@ from quadpips_drake.trajectory.swing.swing_optimizer_system import SwingTrajecto
 class PlanningConfig:
     """The searches, the swing optimisation, and when they happen."""
 
-    torso_rate: float = 30.0
-    """How often the torso search looks for a new request [Hz] (QuadPiPS: 30)."""
-    foothold_rate: float = 15.0
-    """How often the foothold search looks for a new torso path [Hz] (QuadPiPS: 15)."""
-    swing_rate: float = 50.0
-    """How often the swing optimiser looks for a new foothold plan [Hz]."""
-    monitor_rate: float = 10.0
-    """How often the monitor looks at everything [Hz] (the authors' release: 10)."""
     torso: TorsoConfig = field(default_factory=TorsoConfig)
     footholds: FootholdConfig = field(default_factory=FootholdConfig)
     swings: SwingOptimizerConfig = field(default_factory=SwingOptimizerConfig)
     publisher: ReferencePublisherConfig = field(default_factory=ReferencePublisherConfig)
     monitor: MonitorConfig = field(default_factory=MonitorConfig)
-
-    def __post_init__(self):
-        for name in ("torso_rate", "foothold_rate", "swing_rate", "monitor_rate"):
-            if not 0.0 < getattr(self, name) <= 1000.0:
-                raise UserInputError(f"planning.{name} must be between 0 and 1000 Hz, is {getattr(self, name)}")
 
 
 class PlanningModule(Diagram):
@@ -78,15 +65,11 @@ class PlanningModule(Diagram):
         super().__init__()
         config = config or PlanningConfig()
         builder = DiagramBuilder()
-        torso = builder.AddSystem(TorsoPlanner(robot, config.torso, period=1 / config.torso_rate, timings=timings))
-        footholds = builder.AddSystem(
-            FootholdPlanner(robot, config.footholds, period=1 / config.foothold_rate, timings=timings)
-        )
-        swings = builder.AddSystem(
-            SwingTrajectoryOptimizer(robot, config.swings, period=1 / config.swing_rate, timings=timings)
-        )
-        publisher = builder.AddSystem(ReferencePublisher(config.publisher))
-        monitor = builder.AddSystem(ReplanMonitor(goal, config.monitor, period=1 / config.monitor_rate))
+        torso = builder.AddSystem(TorsoPlanner(robot, config.torso, timings=timings))
+        footholds = builder.AddSystem(FootholdPlanner(robot, config.footholds, timings=timings))
+        swings = builder.AddSystem(SwingTrajectoryOptimizer(robot, config.swings, timings=timings))
+        publisher = builder.AddSystem(ReferencePublisher(config.publisher, timings=timings))
+        monitor = builder.AddSystem(ReplanMonitor(goal, config.monitor, timings=timings))
 
         builder.Connect(torso.GetOutputPort("torso_path"), footholds.GetInputPort("torso_path"))
         builder.Connect(footholds.GetOutputPort("foothold_plan"), swings.GetInputPort("foothold_plan"))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram
 
 from quadpips_drake.diagrams.perception_module import make_perception_module
 from quadpips_drake.diagrams.planning_module import PlanningConfig, PlanningModule
@@ -14,6 +14,7 @@ from quadpips_drake.diagrams.tracking_module import TrackingConfig, TrackingModu
 from quadpips_drake.errors import unknown_name
 from quadpips_drake.estimation.drifting_state_estimator_system import DriftingStateEstimator
 from quadpips_drake.estimation.pose_drift import PoseDriftConfig
+from quadpips_drake.framework.ports import DiagramBuilder
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig
 from quadpips_drake.perception.regions.oracle_regions_system import OracleRegions

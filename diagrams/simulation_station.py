@@ -11,13 +11,14 @@ from pydrake.multibody.plant import (
     MultibodyPlantConfig,
 )
 from pydrake.multibody.tree import PdControllerGains
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram
 from pydrake.systems.primitives import DiscreteTimeDelay
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.estimation.oracle_state_estimator_system import OracleStateEstimator
 from quadpips_drake.faults.model_errors import ModelErrorConfig, add_payload, set_base_mass
+from quadpips_drake.framework.ports import DiagramBuilder
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.contact_sensing import find_contact_geometries, touching_links
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, add_depth_camera, make_intrinsics

@@ -2,13 +2,17 @@
 
 from dataclasses import dataclass, field
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram
 
 from quadpips_drake.control.mpc.centroidal_mpc_system import CentroidalMpc
 from quadpips_drake.control.mpc.mpc_config import MpcConfig
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
 from quadpips_drake.control.whole_body.whole_body_controller_system import WholeBodyController
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.faults.control_faults import ControlFaultConfig
+from quadpips_drake.faults.failing_mpc_system import FailingMpc
+from quadpips_drake.faults.raised_footholds_system import RaisedFootholds
+from quadpips_drake.framework.ports import DiagramBuilder
 from quadpips_drake.supervision.safety import SafetyConfig
 from quadpips_drake.supervision.safety_monitor_system import SafetyMonitor
 
@@ -17,21 +21,15 @@ from quadpips_drake.supervision.safety_monitor_system import SafetyMonitor
 class TrackingConfig:
     """Safety monitor, model predictive and whole-body control."""
 
-    mpc_rate: float = 50.0
-    """[Hz] (QuadPiPS: 50)"""
-    wbc_rate: float = 500.0
-    """[Hz] (QuadPiPS: 500 to 1000)"""
-    safety_rate: float = 100.0
-    """[Hz]"""
     safety: SafetyConfig = field(default_factory=SafetyConfig)
     mpc: MpcConfig = field(default_factory=MpcConfig)
     wbc: WbcConfig = field(default_factory=WbcConfig)
+    faults: ControlFaultConfig = field(default_factory=ControlFaultConfig)
+    """What is to go wrong, for studies."""
 
     def __post_init__(self):
-        if not 0.0 < self.mpc_rate <= self.wbc_rate:
-            raise UserInputError("tracking needs 0 < mpc_rate <= wbc_rate")
-        if not 0.0 < self.safety_rate <= 1000.0:
-            raise UserInputError(f"tracking.safety_rate must be between 0 and 1000 Hz, is {self.safety_rate}")
+        if not self.mpc.rate <= self.wbc.rate:
+            raise UserInputError(f"mpc.rate must not exceed wbc.rate, is {self.mpc.rate:g} of {self.wbc.rate:g} Hz")
 
 
 class TrackingModule(Diagram):
@@ -64,15 +62,20 @@ class TrackingModule(Diagram):
         super().__init__()
         config = config or TrackingConfig()
         builder = DiagramBuilder()
-        mpc = builder.AddSystem(CentroidalMpc(robot, config.mpc, period=1.0 / config.mpc_rate, timings=timings))
-        wbc = builder.AddSystem(WholeBodyController(robot, config.wbc, period=1.0 / config.wbc_rate, timings=timings))
-        safety = builder.AddSystem(SafetyMonitor(robot, config.safety, period=1.0 / config.safety_rate))
+        mpc = builder.AddSystem(_make_mpc(robot, config, timings))
+        wbc = builder.AddSystem(WholeBodyController(robot, config.wbc, timings=timings))
+        safety = builder.AddSystem(SafetyMonitor(robot, config.safety, timings=timings))
         builder.ExportInput(mpc.GetInputPort("robot_state"), "robot_state")
         builder.ConnectInput("robot_state", wbc.GetInputPort("robot_state"))
         builder.ConnectInput("robot_state", safety.GetInputPort("robot_state"))
         builder.ExportInput(safety.GetInputPort("reference"), "reference")
         builder.ExportInput(safety.GetInputPort("abort"), "abort")
-        builder.Connect(safety.GetOutputPort("safe_reference"), mpc.GetInputPort("reference"))
+        reference = safety.GetOutputPort("safe_reference")
+        if config.faults.terrain_height_error:
+            raised = builder.AddSystem(RaisedFootholds(config.faults.terrain_height_error))
+            builder.Connect(reference, raised.GetInputPort("reference"))
+            reference = raised.GetOutputPort("raised_reference")
+        builder.Connect(reference, mpc.GetInputPort("reference"))
         builder.Connect(mpc.GetOutputPort("mpc_policy"), safety.GetInputPort("mpc_policy"))
         builder.Connect(mpc.GetOutputPort("mpc_policy"), wbc.GetInputPort("mpc_policy"))
         builder.ExportOutput(wbc.GetOutputPort("feedforward_torque"), "feedforward_torque")
@@ -82,6 +85,12 @@ class TrackingModule(Diagram):
         builder.ExportOutput(safety.GetOutputPort("safety_status"), "safety_status")
         builder.BuildInto(self)
         self.set_name("tracking")
+
+
+def _make_mpc(robot, config: TrackingConfig, timings) -> CentroidalMpc:
+    if config.faults.outage_start:
+        return FailingMpc(robot, config.mpc, config.faults, timings=timings)
+    return CentroidalMpc(robot, config.mpc, timings=timings)
 
 
 def make_tracking_module(robot, config: TrackingConfig | None = None, timings=None) -> TrackingModule:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram
 
 from quadpips_drake.control.references.scripted_command_system import ScriptedCommand
 from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig
@@ -14,6 +14,7 @@ from quadpips_drake.control.references.walk_command import WalkCommand
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
 from quadpips_drake.diagrams.tracking_module import TrackingConfig, make_tracking_module
 from quadpips_drake.faults.push_system import Push, PushSource
+from quadpips_drake.framework.ports import DiagramBuilder
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState

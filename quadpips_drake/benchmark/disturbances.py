@@ -100,7 +100,7 @@ def _model(key: str, duration: float, size: float, robot: str, folder: Path, rng
 
 
 def _height_error(sign: float, size: float, robot: str, folder: Path, rng):
-    return {"duration": 6.0}, [f"stages.tracking.mpc.terrain_height_error={sign * size}"]
+    return {"duration": 6.0}, [f"stages.tracking.faults.terrain_height_error={sign * size}"]
 
 
 def _payload(size: float, robot: str, folder: Path, rng):
@@ -126,7 +126,7 @@ def _disturbances() -> dict[str, Disturbance]:
         table[f"slope_{way}"] = Disturbance("deg", 1.0, 25.0, 2.0, dict.fromkeys(both, 15.0), partial(_slope, way))
     table["bumps"] = Disturbance("m", 0.001, 0.08, 0.005, dict.fromkeys(both, 0.03), _bumps)
     table["payload"] = Disturbance("of the mass", 0.0, 0.6, 0.05, dict.fromkeys(both, 0.2), _payload)
-    delay = partial(_model, "stages.tracking.mpc.delay", 6.0)
+    delay = partial(_model, "stages.tracking.mpc.latency", 6.0)
     table["mpc_delay"] = Disturbance("s", 0.0, 0.1, 0.01, dict.fromkeys(both, 0.02), delay)
     late = partial(_model, "stages.station.model_error.actuator_delay", 6.0)
     table["actuator_delay"] = Disturbance("s", 0.0, 0.04, 0.002, dict.fromkeys(both, 0.0), late)

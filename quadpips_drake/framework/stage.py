@@ -134,7 +134,7 @@ class Stage(LeafSystem):
     def declare_output(self, name: str, kind: type, read: Callable = lambda memory: memory, *, example=None) -> OutputPort:
         """Declares an output port for values of type ``kind``: ``read(memory)``; after all inputs."""
         return declare_output(
-            self, name, kind, lambda context: read(self.shown_memory(context)), self._sources(), example=example
+            self, name, kind, lambda context: read(self.shown_memory(context)), self.memory_tickets(), example=example
         )
 
     def declare_vector_output(self, name: str, size: int, read: Callable) -> OutputPort:
@@ -143,7 +143,7 @@ class Stage(LeafSystem):
         def write(context, output):
             output.SetFromVector(read(self.shown_memory(context)))
 
-        return self.DeclareVectorOutputPort(name, size, write, self._sources())
+        return self.DeclareVectorOutputPort(name, size, write, self.memory_tickets())
 
     def inputs(self, context) -> Inputs:
         """The values at the input ports in ``context``, for outputs that look at them directly."""
@@ -155,7 +155,7 @@ class Stage(LeafSystem):
             return self._computed(self.update, context, self._initial)
         return context.get_abstract_state(int(self._newest if self._shown is None else self._shown)).get_value()
 
-    def _sources(self) -> set:
+    def memory_tickets(self) -> set:
         """Tickets of what the outputs depend on."""
         if self._newest is None:
             return {entry.port.ticket() for entry in self._ports.values()}

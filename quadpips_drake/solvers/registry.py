@@ -1,25 +1,36 @@
 """Solvers by name, so that one configuration key chooses the back-end of any problem."""
 
 import time
+from functools import partial
 
 import numpy as np
 from pydrake.solvers import ClarabelSolver, OsqpSolver, SolverId, SolverOptions
 
-from quadpips_drake.errors import unknown_name
-from quadpips_drake.solvers.failing_solver import FailingSolver
-from quadpips_drake.solvers.piqp_solver import PiqpSolver
-from quadpips_drake.solvers.proxqp_solver import ProxQpSolver
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.registry import Registry
 from quadpips_drake.solvers.qp_solver import QpSolver, SolveDetails
 
-_FACTORIES = {
-    "piqp": lambda tolerance: PiqpSolver("sparse_multistage", **_piqp_settings(tolerance)),
-    "piqp_ldlt": lambda tolerance: PiqpSolver("sparse_ldlt", **_piqp_settings(tolerance)),
-    "piqp_dense": lambda tolerance: PiqpSolver("dense_cholesky", **_piqp_settings(tolerance)),
-    "proxqp": lambda tolerance: ProxQpSolver(**({} if tolerance is None else {"eps_abs": tolerance})),
-    "osqp": lambda tolerance: OsqpSolver(),
-    "clarabel": lambda tolerance: ClarabelSolver(),
-    "failing": lambda tolerance: FailingSolver(),
-}
+qp_solvers = Registry("solver", "quadpips_drake.qp_solvers")
+"""Back-ends for quadratic programs: ``factory(tolerance)`` returns a pydrake SolverInterface; for ``tolerance`` see
+``make_solver``. Each is imported when it is asked for, so that a missing one is missed by nobody else."""
+
+
+def _piqp(method: str, tolerance: float | None):
+    
+    return PiqpSolver(method, **_piqp_settings(tolerance))
+
+
+def _proxqp(tolerance: float | None):
+    
+    return ProxQpSolver(**({} if tolerance is None else {"eps_abs": tolerance}))
+
+
+qp_solvers.add("piqp", partial(_piqp, "sparse_multistage"), summary="PIQP, which knows that knots follow one another")
+qp_solvers.add("piqp_ldlt", partial(_piqp, "sparse_ldlt"), summary="PIQP, sparse")
+qp_solvers.add("piqp_dense", partial(_piqp, "dense_cholesky"), summary="PIQP, dense")
+qp_solvers.add("proxqp", _proxqp, summary="ProxQP, dense")
+qp_solvers.add("osqp", lambda tolerance: OsqpSolver(), summary="OSQP as it comes with Drake")
+qp_solvers.add("clarabel", lambda tolerance: ClarabelSolver(), summary="Clarabel as it comes with Drake")
 
 
 def _piqp_settings(tolerance):
@@ -33,7 +44,7 @@ def _piqp_settings(tolerance):
 
 def solver_names() -> list[str]:
     """Names that ``make_solver`` knows."""
-    return sorted(_FACTORIES)
+    return qp_solvers.names()
 
 
 def make_solver(name: str, tolerance: float | None = None):
@@ -44,9 +55,10 @@ def make_solver(name: str, tolerance: float | None = None):
         tolerance: on the residuals, for controllers that trade accuracy for time; None for each solver's own default.
             Drake's own solvers keep theirs.
     """
-    if name not in _FACTORIES:
-        raise unknown_name("solver", name, _FACTORIES)
-    return _FACTORIES[name](tolerance)
+    try:
+        return qp_solvers.get(name).factory(tolerance)
+    except ImportError as error:
+        raise UserInputError(f"the solver '{name}' is not installed ({error}); choose another or install it") from None
 
 
 def solve_program(solver, prog, initial_guess=None) -> tuple[np.ndarray, SolveDetails]:

@@ -48,10 +48,10 @@ class SafetyMonitor(Stage):
         self._robot = robot
         self.declare_input("robot_state", RobotState)
         self.declare_input("mpc_policy", MpcPolicy)
-        self._reference = self.declare_input("reference", WholeBodyReference)
-        self._abort = self.declare_input("abort", bool, default=False)
-        status = self.declare_output("safety_status", SafetyStatus, lambda memory: memory.status)
-        sources = {status.ticket(), self._reference.ticket(), self._abort.ticket()}
+        reference = self.declare_input("reference", WholeBodyReference)
+        abort = self.declare_input("abort", bool, default=False)
+        self.declare_output("safety_status", SafetyStatus, lambda memory: memory.status)
+        sources = self.memory_tickets() | {reference.ticket(), abort.ticket()}
         declare_output(self, "safe_reference", WholeBodyReference, self._safe_reference, sources)
 
     def update(self, inputs: Inputs, memory: SafetyMemory, time: float) -> SafetyMemory:

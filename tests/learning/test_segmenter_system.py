@@ -60,7 +60,7 @@ def test_five_label_images_a_second(model):
 
 @pytest.mark.parametrize("latency", [0.0, 0.05])
 def test_labels_appear_after_their_latency(model, latency):
-    config = SteppabilityConfig(period=0.2, latency=latency)
+    config = SteppabilityConfig(rate=5.0, latency=latency)
     image = depth_image(floor_depth())
     if latency > 0:
         labels, runs = simulate(model, image, 0.5 * latency, config)
@@ -122,4 +122,4 @@ def test_poses_that_are_not_numbers_give_no_labels(model, position, known):
 def test_the_latency_is_checked():
     for latency in (-0.1, 0.2, np.nan):
         with pytest.raises(UserInputError, match="latency"):
-            SteppabilityConfig(period=0.2, latency=latency)
+            SteppabilityConfig(rate=5.0, latency=latency)

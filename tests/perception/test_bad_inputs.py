@@ -73,7 +73,7 @@ def perceive(cans):
     for k, can in enumerate(cans):
         can = dataclasses.replace(can, stamp=0.05 * k) if np.isfinite(can.stamp) else can
         diagram.GetInputPort("egocan").FixValue(simulator.get_mutable_context(), AbstractValue.Make(can))
-        simulator.AdvanceTo(CONFIG.superpixels.period * (k + 0.5))
+        simulator.AdvanceTo((k + 0.5) / CONFIG.superpixels.rate)
         results.append(diagram.GetOutputPort("region_set").Eval(simulator.get_context()))
     return results
 

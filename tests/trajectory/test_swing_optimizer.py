@@ -169,7 +169,7 @@ def test_region_halfspaces_hold_inside_the_region_only():
 
 def test_system_plans_once_for_each_request():
     robot, timings = load_robot("anymal_c"), StageTimings()
-    system = SwingTrajectoryOptimizer(robot, period=0.02, timings=timings)
+    system = SwingTrajectoryOptimizer(robot, timings=timings)
     x0 = SwingOptimizer(robot).model.nominal_state()
     context = system.CreateDefaultContext()
     system.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(robot_state_of(None, x0)))

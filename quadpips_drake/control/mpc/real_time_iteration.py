@@ -4,12 +4,12 @@ import time as clock
 from dataclasses import dataclass, replace
 
 import numpy as np
+from pydrake.solvers import SolverInterface
 
 from quadpips_drake.control.mpc import mpc_horizon as horizon
 from quadpips_drake.control.mpc import mpc_swings
 from quadpips_drake.control.mpc.mpc_config import MpcConfig
 from quadpips_drake.robots.standing import standing_state
-from quadpips_drake.solvers.failing_solver import FailingSolver
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.optimal_control_problem import OptimalControlProblem, TrackingTask
 from quadpips_drake.values.contact_schedule import ContactSchedule
@@ -36,26 +36,10 @@ class MpcMemory(ImmutableValue):
     standing: horizon.StandingPose | None = None
     """The pose kept while there is no reference."""
     consecutive_failures: int = 0
-    released: tuple = ()
-    """Pairs (time [s], MpcPolicy): from when on which policy is handed on; in order, the first one already is."""
 
     @staticmethod
     def empty() -> "MpcMemory":
         return MpcMemory(MpcPolicy.empty(), np.zeros((NUM_LEGS, 3)), np.tile(mpc_swings.UP, (NUM_LEGS, 1)))
-
-    def policy_at(self, time: float) -> MpcPolicy:
-        """The policy to follow at ``time`` [s]: the newest one but for those that are still delayed."""
-        for begin, policy in reversed(self.released):
-            if begin <= time + 1e-9:
-                return policy
-        return MpcPolicy.empty()
-
-    def followed_by(self, policy: MpcPolicy, now: float, delay: float, **fields) -> "MpcMemory":
-        """The memory after a solve at ``now`` [s] that led to ``policy``."""
-        past = [begin <= now + 1e-9 for begin, _ in self.released]
-        pending = self.released[max(sum(past) - 1, 0) :]
-        released = (*pending, (now + delay, policy)) if delay > 0.0 else ((now, policy),)
-        return replace(self, policy=policy, released=released, **fields)
 
 
 class RealTimeIteration:
@@ -72,7 +56,6 @@ class RealTimeIteration:
         self._model = CentroidalModel(robot, self._config.ocp.model)
         self._problem = OptimalControlProblem(self._model, self._config.ocp, len(self._offsets) - 1)
         self._swings = mpc_swings.SwingPlanner(self._config.swing, robot.foot_radius)
-        self._failing = FailingSolver()
         self._warm_up()
 
     def _warm_up(self):
@@ -87,11 +70,18 @@ class RealTimeIteration:
         for _ in range(2):
             memory = self._next(state, reference, memory, None)
 
-    def compute(self, state: RobotState, reference: WholeBodyReference, memory: MpcMemory) -> MpcMemory:
-        """One solve from the measured ``state``. A failure carries the last policy on and is counted in it."""
-        if self._config.terrain_height_error:
-            reference = reference.with_raised_footholds(self._config.terrain_height_error)
-        return self._next(state, reference, memory, self._failing if self._config.is_faulty(state.stamp) else None)
+    def compute(
+        self, state: RobotState, reference: WholeBodyReference, memory: MpcMemory, solver: SolverInterface | None = None
+    ) -> MpcMemory:
+        """One solve from the measured ``state``. A failure carries the last policy on and is counted in it.
+
+        Args:
+            state: where the prediction starts.
+            reference: what to track; without samples: stand.
+            memory: of the last solve.
+            solver: another back-end than the configured one, for this time.
+        """
+        return self._next(state, reference, memory, solver)
 
     def _next(self, state, reference, memory, solver) -> MpcMemory:
         start = clock.perf_counter()
@@ -112,10 +102,10 @@ class RealTimeIteration:
         task = self._task(times, state, reference, standing, stance, swings, feet, normals, footholds)
         x0 = self._model.state_from_robot_state(state)
         solution = self._problem.iterate(x0, task, self._guess(x0, task, last), solver)
-        delay, kept = self._config.delay, {"feet": feet, "normals": normals, "standing": standing}
+        memory = replace(memory, feet=feet, normals=normals, standing=standing)
         if not solution.success:
             policy = _carried_on(last, solution.status, clock.perf_counter() - start)
-            return memory.followed_by(policy, now, delay, consecutive_failures=memory.consecutive_failures + 1, **kept)
+            return replace(memory, policy=policy, consecutive_failures=memory.consecutive_failures + 1)
         policy = MpcPolicy(
             stamp=now,
             times=times,
@@ -130,7 +120,7 @@ class RealTimeIteration:
             fallbacks=last.fallbacks,
             solve_time=clock.perf_counter() - start,
         )
-        return memory.followed_by(policy, now, delay, consecutive_failures=0, **kept)
+        return replace(memory, policy=policy, consecutive_failures=0)
 
     def _feet(self, state: RobotState, schedule: ContactSchedule, memory: MpcMemory) -> np.ndarray:
         """Feet on the ground: where they are. Feet in the air: where they left it."""

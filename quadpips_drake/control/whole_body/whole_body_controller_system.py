@@ -16,9 +16,9 @@ class WholeBodyController(Stage):
     """Turns the MPC policy into joint torques by a quadratic program over accelerations and contact forces.
 
     min |A z - b|^2 over z = [vdot, f] such that M vdot + bias = [0; tau] + J^T f, f in friction cones, |tau| <= limits
-    (QuadPiPS section VII-C), tasks ranked by weight or strictly by priority (``WbcConfig.method``; see TaskSpaceInverseDynamics). A
-    failed program falls back to the last torques with joint damping, a failed level of a hierarchy to the levels above; both
-    are counted in ``wbc_status``.
+    (QuadPiPS section VII-C), tasks ranked by weight or strictly by priority (``WbcConfig.method``; see
+    TaskSpaceInverseDynamics). A failed program falls back to the last torques with joint damping, a failed level of a
+    hierarchy to the levels above; both are counted in ``wbc_status``.
 
     .. pydrake_system::
 
