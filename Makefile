@@ -50,5 +50,6 @@ $(STAMP): pyproject.toml constraints.txt
 	@test -x $(BIN)/python || { \
 	  echo "No Python 3.11 or newer with its venv module was found; on Debian or Ubuntu: apt install python3 python3-venv" >&2; \
 	  exit 1; }
+	@rm -rf *.egg-info  # an old one would hide the entry points of the new installation
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[test]'
 	@touch $@

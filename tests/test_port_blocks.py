@@ -7,18 +7,22 @@ import textwrap
 import yaml
 from pydrake.systems.framework import LeafSystem
 
+from quadpips_drake.framework.stage import Stage
 from tests.source_tree import ROOT, package_modules
 
 OPTIONAL = " (optional)"
 
 
 def system_classes() -> set[type]:
-    """Every LeafSystem that is defined in the package."""
+    """Every LeafSystem that is defined in the package; the base of all stages is none by itself."""
     return {
         member
         for module in package_modules()
         for member in vars(module).values()
-        if isinstance(member, type) and issubclass(member, LeafSystem) and member.__module__ == module.__name__
+        if isinstance(member, type)
+        and issubclass(member, LeafSystem)
+        and member.__module__ == module.__name__
+        and member is not Stage
     }
 
 

@@ -16,12 +16,14 @@ qp_solvers = Registry("solver", "quadpips_drake.qp_solvers")
 
 
 def _piqp(method: str, tolerance: float | None):
-    
+    from quadpips_drake.solvers.piqp_solver import PiqpSolver
+
     return PiqpSolver(method, **_piqp_settings(tolerance))
 
 
 def _proxqp(tolerance: float | None):
-    
+    from quadpips_drake.solvers.proxqp_solver import ProxQpSolver
+
     return ProxQpSolver(**({} if tolerance is None else {"eps_abs": tolerance}))
 
 

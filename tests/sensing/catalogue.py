@@ -3,8 +3,6 @@
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.estimation.drifting_state_estimator_system import DriftingStateEstimator
-from quadpips_drake.estimation.pose_drift import PoseDriftConfig
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
@@ -22,7 +20,6 @@ def make_systems() -> list[LeafSystem]:
     intrinsics = make_intrinsics(DepthCameraConfig(width=64, height=48))
     return [
         DepthNoise(DepthNoiseConfig(), intrinsics=intrinsics),
-        DriftingStateEstimator(PoseDriftConfig()),
         Imu(robot, plant, ImuConfig()),
         SelfFilter(robot, SelfFilterConfig(), intrinsics=intrinsics),
     ]
