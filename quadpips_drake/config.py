@@ -19,6 +19,7 @@ import yaml
 from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.plain_yaml import parse_yaml, read_yaml
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,18 +63,7 @@ def read_layer(path: Path) -> ConfigLayer:
     Raises:
         UserInputError: there is no such file, it is not YAML, a key stands twice, or its root is not a mapping.
     """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        why = getattr(error, "strerror", None) or "it is not a text file"
-        raise UserInputError(f"{path}: cannot be read ({why}); give the path of a YAML file") from None
-    try:
-        data = yaml.load(text, Loader=_StrictLoader)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f"line {mark.line + 1}: " if mark else ""
-        raise UserInputError(f"{path}: {where}not valid YAML: {getattr(error, 'problem', None) or error}") from None
+    data = read_yaml(path)
     if data is not None and not isinstance(data, dict):
         raise UserInputError(f"{path}: the root must be a mapping of 'key: value' lines, not {_kind(data)}")
     return ConfigLayer(str(path), data or {})
@@ -89,10 +79,7 @@ def override_layer(text: str) -> ConfigLayer:
     names = key.strip().split(".")
     if not equals or not all(names):
         raise UserInputError(f"--set '{text}' is not of the form key=value, for example --set seed=3")
-    try:
-        data = yaml.load(value, Loader=_StrictLoader)
-    except yaml.YAMLError:
-        raise UserInputError(f"--set '{text}': the value '{value}' is not valid YAML") from None
+    data = parse_yaml(value, f"--set {text}")
     for name in reversed(names):
         data = {name: data}
     return ConfigLayer(f"--set {text}", data)
@@ -114,21 +101,6 @@ def config_keys(schema: type, prefix: str = "") -> list[str]:
         section = _section(kind)
         keys += config_keys(section, f"{prefix}{name}.") if section else [prefix + name]
     return keys
-
-
-class _StrictLoader(yaml.SafeLoader):
-    """SafeLoader that refuses a key that stands twice in a mapping (YAML itself would keep the last one in silence)."""
-
-    def construct_mapping(self, node, deep=False):
-        seen = set()
-        for key_node, _ in node.value:
-            if key_node.value in seen and key_node.tag != "tag:yaml.org,2002:merge":
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"the key '{key_node.value}' stands twice", key_node.start_mark
-                )
-            if isinstance(key_node, yaml.ScalarNode):
-                seen.add(key_node.value)
-        return super().construct_mapping(node, deep)
 
 
 def _check(root: type, schema: type, data: Any, path: tuple, source: str) -> None:

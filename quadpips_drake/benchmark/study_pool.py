@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import track
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.files import read_json
 
 _JOBS_PER_PROCESS = 8
 """A diagram with systems in Python is never quite freed (some 30 MB each); after so many jobs a process is replaced."""
@@ -20,9 +21,9 @@ def load_results(store: Path) -> dict:
     if not store.exists():
         return {}
     try:
-        results = json.loads(store.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise UserInputError(f"{store} is no file of results ({error}); remove it or choose another --out") from None
+        results = read_json(store)
+    except UserInputError as error:
+        raise UserInputError(f"{error}; remove it or choose another --out") from None
     if not isinstance(results, dict):
         raise UserInputError(f"{store} is no file of results; remove it or choose another --out")
     return results

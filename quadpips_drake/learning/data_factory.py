@@ -5,7 +5,6 @@ dataset's seed, on i and on the configuration alone: workers and interruptions c
 """
 
 import dataclasses
-import json
 import os
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -16,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.files import write_json
+from quadpips_drake.files import read_json, write_json
 from quadpips_drake.learning.camera_path import camera_poses
 from quadpips_drake.learning.dataset import DEPTH_UNIT, MANIFEST, VERSION
 from quadpips_drake.learning.dataset_config import SPLITS, DatasetConfig, split_of_scene
@@ -179,8 +178,8 @@ def _claim_directory(directory: Path, manifest: dict, resume: bool) -> None:
         if not resume:
             raise UserInputError(f"--out {directory}: holds a dataset already; add --resume, or give another directory")
         try:
-            same = json.loads(path.read_text(encoding="utf-8")) == manifest
-        except (OSError, ValueError):
+            same = read_json(path) == manifest
+        except UserInputError:
             same = False
         if not same:
             raise UserInputError(f"--resume: {directory} was made with other --frames, --seed or settings")

@@ -1,6 +1,5 @@
 """Reading a steppability dataset."""
 
-import json
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.files import read_json
 from quadpips_drake.learning.dataset_config import SPLITS
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
 from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
@@ -60,12 +60,9 @@ def read_manifest(directory: Path) -> dict:
         UserInputError: there is none, or it is not one of this version.
     """
     path = Path(directory) / MANIFEST
-    try:
-        manifest = json.loads(path.read_text(encoding="utf-8"))
-    except OSError:
-        raise UserInputError(f"--data {directory}: no {MANIFEST} there; make a dataset with 'quadpips dataset'") from None
-    except ValueError:
-        raise UserInputError(f"{path}: not valid JSON; make the dataset anew with 'quadpips dataset'") from None
+    if not path.exists():
+        raise UserInputError(f"--data {directory}: no {MANIFEST} there; make a dataset with 'quadpips dataset'")
+    manifest = read_json(path)
     if not isinstance(manifest, dict) or manifest.get("version") != VERSION or not isinstance(manifest.get("shards"), list):
         raise UserInputError(f"{path}: not a steppability dataset of version {VERSION}; make one with 'quadpips dataset'")
     return manifest

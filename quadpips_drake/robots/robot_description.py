@@ -57,9 +57,9 @@ class RobotDescription:
         lengths = {"nominal_joints": NUM_JOINTS, "imu_position": 3, "stiffness": 3, "damping": 3}
         for name, length in lengths.items():
             if len(getattr(self, name)) != length:
-                raise UserInputError(f"robot.yaml: {name} needs {length} values, got {len(getattr(self, name))}")
+                raise UserInputError(f"{name} needs {length} values, got {len(getattr(self, name))}")
         if not any(camera.name == "front" for camera in self.cameras):
-            raise UserInputError("robot.yaml: cameras must include one named 'front'")
+            raise UserInputError("cameras must include one named 'front'")
 
 
 def mount_camera(camera: CameraDescription, pitch: float | None = None) -> CameraMount:

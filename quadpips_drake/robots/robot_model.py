@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
-from pydrake.common.yaml import yaml_load_typed
 from pydrake.geometry import Role, SceneGraph, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
+from quadpips_drake.config import load_config, read_layer
 from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.robots import kinematic_tree as kinematics
 from quadpips_drake.robots.kinematic_tree import KinematicTree
@@ -161,7 +161,7 @@ def load_robot(name: str) -> RobotModel:
     if name not in robot_names():
         raise unknown_name("robot", name, robot_names())
     folder = Path(str(_MODELS / name))
-    description = yaml_load_typed(schema=RobotDescription, filename=str(folder / "robot.yaml"), defaults=RobotDescription())
+    description = load_config(RobotDescription, [read_layer(folder / "robot.yaml")])
     return _read_model(name, folder / description.urdf, description)
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.files import read_text
 from quadpips_drake.terrain.terrain import MAX_TRIANGLES
 
 MAX_OBJ_BYTES = 20_000_000
@@ -15,15 +16,8 @@ def read_obj(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     path = Path(path)
     if path.suffix.lower() != ".obj":
         raise UserInputError(f"'{path.name}' is not an .obj file")
-    if not path.is_file():
-        raise UserInputError(f"there is no file '{path}'")
-    if path.stat().st_size > MAX_OBJ_BYTES:
-        raise UserInputError(f"'{path}' is larger than {MAX_OBJ_BYTES // 1_000_000} MB")
+    lines = read_text(path, f"'{path}'", MAX_OBJ_BYTES).splitlines()
     vertices, triangles = [], []
-    try:
-        lines = path.read_text(encoding="utf-8", errors="strict").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserInputError(f"'{path}' cannot be read as text ({type(error).__name__})") from None
     for number, line in enumerate(lines, start=1):
         words = line.split()
         try:

@@ -1,12 +1,12 @@
 """Reads the JSON in which the authors of QuadPiPS describe a world: key `stone_setup`, lists `poses`, `scales`, `colors`."""
 
-import json
 import math
 from pathlib import Path
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.files import read_json
 from quadpips_drake.terrain.terrain import Box, Terrain, pose
-from quadpips_drake.terrain.terrain_file import MAX_ELEMENTS, read_text
+from quadpips_drake.terrain.terrain_file import MAX_ELEMENTS
 
 
 def read_stone_setup(path: str | Path, start=None, goal=None, friction: float = 1.0) -> Terrain:
@@ -19,11 +19,7 @@ def read_stone_setup(path: str | Path, start=None, goal=None, friction: float = 
     def fail(key: str, reason: str):
         raise UserInputError(f"terrain file '{path}': {key}: {reason}")
 
-    try:
-        data = json.loads(read_text(path))
-    except (ValueError, RecursionError) as error:
-        where = f" (line {error.lineno})" if isinstance(error, json.JSONDecodeError) else ""
-        raise UserInputError(f"terrain file '{path}': not valid JSON{where}") from None
+    data = read_json(path, f"terrain file '{path}'")
     setup = data.get("stone_setup") if isinstance(data, dict) else None
     if not isinstance(setup, dict):
         fail("stone_setup", "missing; it must hold the lists 'poses' and 'scales'")

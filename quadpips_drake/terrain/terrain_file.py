@@ -13,11 +13,11 @@ import numpy as np
 import yaml
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.plain_yaml import read_yaml
 from quadpips_drake.terrain.mesh_file import read_obj
 from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Terrain, pose
 from quadpips_drake.values.steppability import Steppability
 
-MAX_FILE_BYTES = 5_000_000
 MAX_ELEMENTS = 5000
 MAX_NAME_LENGTH = 100
 LABELS = {label.name.lower(): label for label in Steppability}
@@ -27,47 +27,9 @@ _ELEMENT_KEYS = {"boxes": {"size"}, "cylinders": {"radius", "length"}, "meshes":
 _TOP_KEYS = {"name", "start", "goal", "friction", *_ELEMENT_KEYS}
 
 
-class _StrictLoader(yaml.CSafeLoader):
-    """Plain YAML data only, without repeated keys (the second would hide the first)."""
-
-    def construct_mapping(self, node, deep=False):
-        seen = set()
-        for key_node, _ in node.value:
-            # Merge keys (<<) end here, too: they have no value of their own, and nested ones can fill the memory.
-            key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, str | int | float):
-                raise yaml.constructor.ConstructorError(None, None, "a key must be plain text", key_node.start_mark)
-            if key in seen:
-                raise yaml.constructor.ConstructorError(None, None, f"key '{key}' appears twice", key_node.start_mark)
-            seen.add(key)
-        return super().construct_mapping(node, deep=deep)
-
-
-def read_text(path: str | Path) -> str:
-    """Reads a text file of bounded size, or raises UserInputError."""
-    path = Path(path)
-    if not path.is_file():
-        raise UserInputError(f"terrain file '{path}': {'not a regular file' if path.exists() else 'no such file'}")
-    if path.stat().st_size > MAX_FILE_BYTES:
-        raise UserInputError(f"terrain file '{path}': larger than {MAX_FILE_BYTES // 1_000_000} MB")
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserInputError(f"terrain file '{path}': cannot be read as UTF-8 text ({type(error).__name__})") from None
-
-
 def read_terrain_file(path: str | Path, start=None, goal=None) -> Terrain:
     """Reads a YAML terrain; ``start`` (x, y, yaw) and ``goal`` (x, y), when given, replace those in the file."""
-    text = read_text(path)
-    try:
-        data = yaml.load(text, Loader=_StrictLoader)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f" (line {mark.line + 1})" if mark else ""
-        reason = getattr(error, "problem", None) or type(error).__name__
-        raise UserInputError(f"terrain file '{path}': not valid YAML{where}: {reason}") from None
-    except (RecursionError, ValueError, TypeError) as error:
-        raise UserInputError(f"terrain file '{path}': not valid YAML ({type(error).__name__})") from None
+    data = read_yaml(path, f"terrain file '{path}'")
     return _FileReader(path).terrain(data, start, goal)
 
 

@@ -101,7 +101,7 @@ def test_start_and_goal_can_be_given_from_outside(write):
         ("label: passable", "label: lava", r"cylinders\[0\]\.label: unknown label 'lava'; known: unknown, steppable"),
         ("radius: 0.1", "radius: big", r"cylinders\[0\]\.radius: must be a finite number, not 'big'"),
         ("radius: 0.1", "radius: 0.1, colour: red", r"cylinders\[0\]: unknown key 'colour'"),
-        ("path: wedge.obj", "path: missing.obj", r"meshes\[0\]\.path: there is no file"),
+        ("path: wedge.obj", "path: missing.obj", r"meshes\[0\]\.path: .*missing\.obj.: no such file"),
         ("path: wedge.obj", "path: /etc/passwd", "not an .obj file"),
         ("scale: 2.0", "scale: 0", r"meshes\[0\]\.scale"),
         ("cylinders:\n", "cylinders: 7\nother:\n", "unknown key 'other'"),

@@ -1,7 +1,6 @@
 """The trained network as a function from depth to labels, and its files."""
 
 import dataclasses
-import json
 import pickle
 import zipfile
 from contextlib import contextmanager
@@ -12,7 +11,7 @@ import numpy as np
 import torch
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.files import write_json
+from quadpips_drake.files import read_json, write_json
 from quadpips_drake.perception.steppability.features import MAX_DEPTH, make_features, scaled_intrinsics
 from quadpips_drake.perception.steppability.network import NetworkConfig, SteppabilityNetwork
 from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
@@ -95,7 +94,7 @@ _DAMAGE = (
     *(ValueError, LookupError, TypeError, AttributeError, RuntimeError, EOFError, MemoryError, ArithmeticError),
     *(pickle.UnpicklingError, zipfile.BadZipFile),
 )
-"""What json and torch raise at files that were damaged, or made to do damage."""
+"""What torch raises at files that were damaged, or made to do damage."""
 
 
 def _read_network(config: NetworkConfig, path: Path) -> SteppabilityNetwork:
@@ -117,7 +116,7 @@ def _read_network(config: NetworkConfig, path: Path) -> SteppabilityNetwork:
 def _read_model(directory: Path) -> SteppabilityModel:
     advice = "give a directory that 'quadpips train' has written"
     try:
-        card = json.loads((directory / CARD).read_text(encoding="utf-8"))
+        card = read_json(directory / CARD)
         network = _read_network(NetworkConfig(**card["network"]), directory / WEIGHTS)
     except OSError as error:
         missing = Path(error.filename or directory).name
