@@ -6,6 +6,7 @@ import numpy as np
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import StageConfig
+from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, StageStatus
 from quadpips_drake.values.reference import WholeBodyReference
@@ -171,7 +172,7 @@ def _walking(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor
     if reference.request_id != monitor.request.id or not len(reference.times):
         return _pause(monitor, now, config.pause, "the reference was dropped", config)
     late = now.time - float(reference.times[-1])
-    distance = float(np.linalg.norm(now.state.p_WB - reference.states[-1, 6:9]))
+    distance = float(np.linalg.norm(now.state.p_WB - reference.states[-1, CentroidalState.POSITION]))
     if late >= 0.0 and distance <= config.near_end:
         return _pause(monitor, now, config.pause, "the reference is completed", config)
     if late >= config.completion_timeout:

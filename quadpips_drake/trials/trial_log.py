@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -71,4 +72,5 @@ def _reference_position(reference, time: float) -> np.ndarray:
     """Base position of the reference at ``time`` [m], (3,); NaN without a reference."""
     if reference is None or len(reference.times) == 0:
         return np.full(3, np.nan)
-    return np.array([np.interp(time, reference.times, reference.states[:, 6 + axis]) for axis in range(3)])
+    positions = reference.states[:, CentroidalState.POSITION]
+    return np.array([np.interp(time, reference.times, column) for column in positions.T])

@@ -4,6 +4,7 @@ import numpy as np
 
 from quadpips_drake.control.references.walk_command import WalkCommand
 from quadpips_drake.gaits.gait_timeline import schedule_of
+from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE
 from quadpips_drake.values.reference import WholeBodyReference
 
 ACCELERATION_TIME = 2.0
@@ -27,7 +28,9 @@ class FootholdBook:
         targets = sorted(self._targets.values(), key=lambda target: target.touchdown_time)
         schedule = schedule_of([(target.leg, target.liftoff_time, target.touchdown_time) for target in targets])
         times = np.array([0.0, until])
-        return WholeBodyReference(0.0, 1, times, np.zeros((2, 24)), np.zeros((2, 24)), schedule, tuple(targets))
+        return WholeBodyReference(
+            0.0, 1, times, np.zeros((2, STATE_SIZE)), np.zeros((2, INPUT_SIZE)), schedule, tuple(targets)
+        )
 
 
 def walk_statistics(arrays: dict, commands: list[WalkCommand]) -> dict:

@@ -4,12 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE, CentroidalInput, CentroidalState, foot_forces
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
-from quadpips_drake.values.legs import NUM_JOINTS, NUM_LEGS, Leg
-
-STATE_SIZE = 24
-INPUT_SIZE = 24
+from quadpips_drake.values.legs import NUM_LEGS, Leg
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +41,7 @@ class MpcPolicy(ImmutableValue):
     times: np.ndarray
     """Knots [s], (N + 1,), increasing, absolute."""
     states: np.ndarray
-    """Centroidal states (see WholeBodyReference), (N + 1, 24)."""
+    """Centroidal states (see CentroidalState), (N + 1, 24)."""
     inputs: np.ndarray
     """Forces and joint velocities, constant over each interval, (N, 24)."""
     base_twists: np.ndarray
@@ -88,13 +86,13 @@ class MpcPolicy(ImmutableValue):
         state = (1.0 - ratio) * self.states[k] + ratio * self.states[k + 1]
         twist = (1.0 - ratio) * self.base_twists[k] + ratio * self.base_twists[k + 1]
         return PolicySample(
-            p_WB=state[6:9],
-            rpy_WB=state[9:12],
+            p_WB=state[CentroidalState.POSITION],
+            rpy_WB=state[CentroidalState.ORIENTATION],
             v_WB=twist[3:],
             w_WB=twist[:3],
-            joints=state[12:],
-            joint_velocities=self.inputs[k, NUM_JOINTS:],
-            forces=self.inputs[k, :NUM_JOINTS].reshape(NUM_LEGS, 3),
+            joints=state[CentroidalState.JOINTS],
+            joint_velocities=self.inputs[k, CentroidalInput.JOINT_VELOCITIES],
+            forces=foot_forces(self.inputs[k]),
             stance=self.schedule.at(time),
         )
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import Leg
@@ -34,7 +35,7 @@ class WholeBodyReference(ImmutableValue):
 
     State x (24): linear momentum / mass [m/s], angular momentum about the centre of mass / mass [m^2/s] (both in W), base
     position p_WB [m], roll-pitch-yaw [rad], joints [rad]. Input u (24): ground force on each foot in W [N] (12), joint
-    velocities [rad/s] (12).
+    velocities [rad/s] (12). CentroidalState and CentroidalInput name these parts.
     """
 
     stamp: float
@@ -54,8 +55,8 @@ class WholeBodyReference(ImmutableValue):
     @staticmethod
     def empty(stamp: float = -np.inf) -> "WholeBodyReference":
         """Asks for standing where one is: no samples, and the request id 0."""
-        nothing = np.zeros((0, 24))
-        return WholeBodyReference(stamp, 0, np.zeros(0), nothing, nothing, ContactSchedule.standing())
+        states, inputs = np.zeros((0, STATE_SIZE)), np.zeros((0, INPUT_SIZE))
+        return WholeBodyReference(stamp, 0, np.zeros(0), states, inputs, ContactSchedule.standing())
 
     @property
     def end_time(self) -> float:

@@ -4,6 +4,7 @@ import numpy as np
 
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
+from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.images import AffordanceImage
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import FootholdPlan
@@ -86,7 +87,8 @@ def base_mesh(reference: WholeBodyReference, tube_radius: float = 0.008, samples
     """The path of the base origin."""
     mesh = ColorMesh()
     times = np.linspace(reference.times[0], reference.end_time, samples)
-    path = np.column_stack([np.interp(times, reference.times, reference.states[:, 6 + i]) for i in range(3)])
+    positions = reference.states[:, CentroidalState.POSITION]
+    path = np.column_stack([np.interp(times, reference.times, column) for column in positions.T])
     mesh.add_tube(path, tube_radius, BASE_REFERENCE_COLOR)
     return mesh
 
@@ -136,7 +138,7 @@ def _on_ground(truth: GroundTruth, xy: np.ndarray) -> np.ndarray:
 def _foot_at(reference: WholeBodyReference, robot, leg: Leg, time: float) -> np.ndarray:
     """Centre of a foot in W [m] in the reference at ``time``, by forward kinematics."""
     state = np.array([np.interp(time, reference.times, column) for column in reference.states.T])
-    roll, pitch, yaw = state[9:12]
+    roll, pitch, yaw = state[CentroidalState.ORIENTATION]
     cr, sr, cp, sp, cy, sy = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
     R_WB = np.array(
         [
@@ -145,4 +147,4 @@ def _foot_at(reference: WholeBodyReference, robot, leg: Leg, time: float) -> np.
             [-sp, cp * sr, cp * cr],
         ]
     )
-    return state[6:9] + R_WB @ robot.foot_positions_B(state[12:24])[leg]
+    return state[CentroidalState.POSITION] + R_WB @ robot.foot_positions_B(state[CentroidalState.JOINTS])[leg]

@@ -8,7 +8,6 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import EventStatus, LeafSystem
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.images import AffordanceImage
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import FootholdPlan
@@ -94,7 +93,7 @@ class PlanVisualizer(LeafSystem):
         self._robot = robot
         self._config = config or PlanVisualizerConfig()
         self._layers = MeshcatLayers(meshcat, keep_history=self._config.keep_history)
-        empty = WholeBodyReference(0.0, 0, np.zeros(0), np.zeros((0, 24)), np.zeros((0, 24)), ContactSchedule.standing())
+        empty = WholeBodyReference.empty(0.0)
         self._region_set = self.DeclareAbstractInputPort("region_set", AbstractValue.Make(RegionSet(0.0)))
         self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(empty))
         self._foothold_plan = self.DeclareAbstractInputPort("foothold_plan", AbstractValue.Make(FootholdPlan(0.0, 0)))

@@ -12,6 +12,7 @@ from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig, SwingSpline
+from quadpips_drake.values.centroidal import CentroidalInput, CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
@@ -30,7 +31,7 @@ def test_the_grid_grows_from_its_first_step_to_the_horizon():
 
 def test_reference_yaw_continues_from_the_present_one():
     states = np.zeros((2, 24))
-    states[:, 11] = -3.1, -3.0
+    states[:, CentroidalState.YAW] = -3.1, -3.0
     states[:, 0] = 0.5
     reference = WholeBodyReference(0.0, 1, np.array([0.0, 1.0]), states, np.zeros((2, 24)), ContactSchedule.standing())
     sampled = horizon.sampled_states(reference, np.array([0.0, 0.5, 2.0]), yaw=3.1)
@@ -118,7 +119,7 @@ def test_regions_bind_feet_from_their_touch_down_on():
 
 def test_the_stance_feet_share_the_weight():
     inputs = horizon.weight_bearing_inputs(np.array([[True] * 4, [True, False, False, True]]), 10.0)
-    assert inputs[:, :12].sum(axis=1) == pytest.approx(98.1)
+    assert inputs[:, CentroidalInput.FORCES].sum(axis=1) == pytest.approx(98.1)
     assert inputs[1, 2] == pytest.approx(49.05)
 
 

@@ -13,6 +13,7 @@ from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
+from quadpips_drake.values.centroidal import CentroidalInput, CentroidalState, foot_forces
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.reference import WholeBodyReference
 
@@ -29,10 +30,10 @@ def test_standing_forces_carry_the_weight_and_the_base_stays(name):
     robot = load_robot(name)
     policy = _solve(RealTimeIteration(robot), robot, WholeBodyReference.empty(), np.arange(0.0, 0.1, 0.02)).policy
     assert policy.success
-    forces = policy.inputs[:, :12].reshape(-1, 4, 3)
+    forces = foot_forces(policy.inputs)
     weight = GRAVITY * robot.mass
     assert forces[0].sum(axis=0) == pytest.approx([0.0, 0.0, weight], abs=0.03 * weight)
-    assert np.abs(policy.states[:, 6:9] - standing_state(robot).p_WB).max() < 0.01
+    assert np.abs(policy.states[:, CentroidalState.POSITION] - standing_state(robot).p_WB).max() < 0.01
     assert np.abs(policy.base_twists).max() < 0.1
 
 
@@ -44,7 +45,7 @@ def test_swinging_feet_bear_nothing_and_aim_at_their_footholds():
     policy = _solve(RealTimeIteration(robot), robot, memory.reference, [0.02, 0.04, 0.06]).policy
     assert policy.success
     middle = 0.5 * (policy.times[:-1] + policy.times[1:])
-    forces = policy.inputs[:, :12].reshape(-1, 4, 3)
+    forces = foot_forces(policy.inputs)
     for k, t in enumerate(middle):
         assert np.abs(forces[k][~policy.schedule.at(t)]).max(initial=0.0) < 1e-3
     first = next(f for f in memory.reference.footholds if f.leg == Leg.RF)
@@ -113,7 +114,7 @@ def test_the_single_rigid_body_stands_too():
     mpc = RealTimeIteration(robot, MpcConfig(ocp=OcpConfig(model="single_rigid_body")))
     policy = _solve(mpc, robot, WholeBodyReference.empty(), [0.0, 0.02]).policy
     assert policy.success
-    assert policy.inputs[0, 2:12:3].sum() == pytest.approx(GRAVITY * robot.mass, rel=0.03)
+    assert policy.inputs[0, CentroidalInput.VERTICAL_FORCES].sum() == pytest.approx(GRAVITY * robot.mass, rel=0.03)
 
 
 def test_equal_memories_give_equal_policies():

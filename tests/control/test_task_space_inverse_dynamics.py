@@ -12,6 +12,7 @@ from quadpips_drake.control.whole_body.whole_body_qp import QpSolution
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.standing import standing_state
+from quadpips_drake.values.centroidal import CentroidalInput, CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.whole_body_command import FootMode
@@ -21,12 +22,12 @@ ROBOTS = ("anymal_c", "go2")
 
 def _standing_policy(robot, schedule=None) -> MpcPolicy:
     state = np.zeros(24)
-    state[6:9] = standing_state(robot).p_WB
-    state[12:] = robot.nominal_joints
+    state[CentroidalState.POSITION] = standing_state(robot).p_WB
+    state[CentroidalState.JOINTS] = robot.nominal_joints
     schedule = schedule or ContactSchedule.standing()
     down = schedule.at(0.0)
     forces = np.zeros(24)
-    forces[2:12:3] = np.where(down, GRAVITY * robot.mass / down.sum(), 0.0)
+    forces[CentroidalInput.VERTICAL_FORCES] = np.where(down, GRAVITY * robot.mass / down.sum(), 0.0)
     return MpcPolicy(
         stamp=0.0,
         times=np.array([0.0, 1.0]),

@@ -11,6 +11,7 @@ from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.standing import standing_state
+from quadpips_drake.values.centroidal import CentroidalInput
 
 ROBOT = load_robot("go2")
 
@@ -37,7 +38,7 @@ def test_moves_with_the_command_and_stops_standing():
     assert memory.pose[0] > 0.5
     reference = memory.reference
     assert not reference.schedule.at(reference.times[0]).all()
-    assert reference.inputs[0, 2:12:3].sum() == pytest.approx(GRAVITY * ROBOT.mass)
+    assert reference.inputs[0, CentroidalInput.VERTICAL_FORCES].sum() == pytest.approx(GRAVITY * ROBOT.mass)
     for target in reference.footholds:
         nominal = (
             memory.pose[0] + ROBOT.nominal_footholds_B[target.leg, 0] + 0.3 * (target.touchdown_time + 0.15 - memory.stamp)

@@ -7,6 +7,7 @@ import numpy as np
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingSpline
+from quadpips_drake.values.centroidal import CentroidalInput, CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.mpc_policy import MpcPolicy
 
@@ -34,9 +35,9 @@ def mid_trot(robot, stance=TROT):
         for p, down in zip(where, stance, strict=True)
     )
     x = np.zeros(24)
-    x[6:9], x[12:] = state.p_WB, robot.nominal_joints
+    x[CentroidalState.POSITION], x[CentroidalState.JOINTS] = state.p_WB, robot.nominal_joints
     u = np.zeros(24)
-    u[2:12:3] = np.where(stance, GRAVITY * robot.mass / stance.sum(), 0.0)
+    u[CentroidalInput.VERTICAL_FORCES] = np.where(stance, GRAVITY * robot.mass / stance.sum(), 0.0)
     policy = MpcPolicy(
         stamp=0.14,
         times=np.array([0.14, 0.34]),

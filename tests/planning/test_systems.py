@@ -13,6 +13,7 @@ from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.supervision.replan_monitor_system import ReplanMonitor
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.plans import PlanRequest, StageStatus
 from quadpips_drake.values.reference import WholeBodyReference
@@ -104,7 +105,7 @@ def test_a_failed_torso_search_fails_the_foothold_plan_with_its_reason():
 def reference(request_id, end_time, x=1.0):
     """A reference that ends at ``end_time`` with the base at ``x``."""
     states = np.zeros((2, 24))
-    states[-1, 6:9] = [x, 0.0, ROBOT.nominal_base_height]
+    states[-1, CentroidalState.POSITION] = [x, 0.0, ROBOT.nominal_base_height]
     times = np.array([end_time - 1.0, end_time])
     return WholeBodyReference(0.0, request_id, times, states, np.zeros((2, 24)), ContactSchedule.standing())
 

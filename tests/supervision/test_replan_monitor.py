@@ -8,6 +8,7 @@ import pytest
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance
+from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, StageStatus, Stance
 from quadpips_drake.values.reference import WholeBodyReference
@@ -28,7 +29,7 @@ def no_reference():
 
 def reference(request_id, end_time, x):
     states = np.zeros((2, 24))
-    states[-1, 6:9] = [x, 0.0, ROBOT.nominal_base_height]
+    states[-1, CentroidalState.POSITION] = [x, 0.0, ROBOT.nominal_base_height]
     times = np.array([end_time - 1.0, end_time])
     return WholeBodyReference(0.0, request_id, times, states, np.zeros((2, 24)), ContactSchedule.standing())
 

@@ -9,6 +9,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
+from quadpips_drake.values.centroidal import CentroidalInput as Input
+from quadpips_drake.values.centroidal import CentroidalState as State
 from tests.trajectory.test_centroidal_model import random_points
 
 TOLERANCE = 1e-8
@@ -49,18 +51,34 @@ class DifferentiablePlant:
         """Brings the plant into the state x, u as functions of [x; u]; returns the base velocities and rpy."""
         v_WB, w_WB = self.model.base_velocity(x, u)
         # First the momentum as a function of configuration and velocities; then its inverse by the base's velocities.
-        z = np.concatenate((x[6:9], x[9:12], x[12:], v_WB, w_WB, u[12:]))
+        z = np.concatenate(
+            (
+                x[State.POSITION],
+                x[State.ORIENTATION],
+                x[State.JOINTS],
+                v_WB,
+                w_WB,
+                u[Input.JOINT_VELOCITIES],
+            )
+        )
         self.put(*np.split(autodiff(z, np.eye(36)), [3, 6, 18, 21, 24]))
         value, gradient = parts(self.momentum())
-        np.testing.assert_allclose(value, x[:6], atol=TOLERANCE)
+        np.testing.assert_allclose(value, x[State.MOMENTUM], atol=TOLERANCE)
         map_ = np.linalg.inv(gradient[:, 18:24])
         by_y = np.zeros((6, 48))
         by_y[:, :6], by_y[:, 6:24], by_y[:, 36:] = map_, -map_ @ gradient[:, :18], -map_ @ gradient[:, 24:]
         y = np.eye(48)
         twist = autodiff(np.concatenate((v_WB, w_WB)), by_y)
-        rpy = autodiff(x[9:12], y[9:12])
-        rates = autodiff(u[12:], y[36:])
-        self.put(autodiff(x[6:9], y[6:9]), rpy, autodiff(x[12:], y[12:24]), twist[:3], twist[3:], rates)
+        rpy = autodiff(x[State.ORIENTATION], y[9:12])
+        rates = autodiff(u[Input.JOINT_VELOCITIES], y[36:])
+        self.put(
+            autodiff(x[State.POSITION], y[6:9]),
+            rpy,
+            autodiff(x[State.JOINTS], y[12:24]),
+            twist[:3],
+            twist[3:],
+            rates,
+        )
         return twist, rpy, rates
 
     def feet(self):
@@ -93,7 +111,7 @@ def test_dynamics_and_feet_with_all_derivatives(model):
             value, gradient = parts(theirs)
             np.testing.assert_allclose(ours[k], value, atol=TOLERANCE)
             np.testing.assert_allclose(np.concatenate((by_x[k], by_u[k]), axis=-1), gradient, atol=TOLERANCE, rtol=1e-9)
-        forces = autodiff(u[:12], np.eye(48)[24:36]).reshape(4, 3)
+        forces = autodiff(u[Input.FORCES], np.eye(48)[24:36]).reshape(4, 3)
         arms = foot_p - drake.plant.CalcCenterOfMassPositionInWorld(drake.context)
         torque = sum(np.cross(arm, force) for arm, force in zip(arms, forces, strict=True))
         rpy_rates = RollPitchYaw_[AutoDiffXd](rpy).CalcRpyDtFromAngularVelocityInParent(twist[3:])
@@ -108,10 +126,22 @@ def test_base_velocity_map(model):
     drake = DifferentiablePlant(model)
     x, u = (points[0] for points in random_points(model, 1, seed=22))
     velocities = autodiff(np.zeros(18), np.eye(18))
-    constant = [autodiff(part, np.zeros((len(part), 18))) for part in (x[6:9], x[9:12], x[12:])]
+    constant = [
+        autodiff(part, np.zeros((len(part), 18))) for part in (x[State.POSITION], x[State.ORIENTATION], x[State.JOINTS])
+    ]
     drake.put(*constant, *np.split(velocities, [3, 6]))
     matrix = parts(drake.momentum())[1]
-    twist = np.linalg.solve(matrix[:, :6], x[:6] - matrix[:, 6:] @ u[12:])
+    twist = np.linalg.solve(matrix[:, :6], x[State.MOMENTUM] - matrix[:, 6:] @ u[Input.JOINT_VELOCITIES])
     np.testing.assert_allclose(np.concatenate(model.base_velocity(x, u)), twist, atol=TOLERANCE)
     np.testing.assert_allclose(model.base_twists(x[None], u[None])[0], np.roll(twist, 3), atol=TOLERANCE)
-    np.testing.assert_allclose(model.momentum(x[9:12], x[12:], twist[:3], twist[3:], u[12:]), x[:6], atol=TOLERANCE)
+    np.testing.assert_allclose(
+        model.momentum(
+            x[State.ORIENTATION],
+            x[State.JOINTS],
+            twist[:3],
+            twist[3:],
+            u[Input.JOINT_VELOCITIES],
+        ),
+        x[State.MOMENTUM],
+        atol=TOLERANCE,
+    )

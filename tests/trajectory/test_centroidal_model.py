@@ -10,6 +10,9 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
+from quadpips_drake.values.centroidal import CentroidalInput as Input
+from quadpips_drake.values.centroidal import CentroidalState as State
+from quadpips_drake.values.centroidal import foot_forces
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -18,10 +21,14 @@ def random_points(model, count, seed=0):
     rng = np.random.default_rng(seed)
     states, inputs = np.empty((count, 24)), np.empty((count, 24))
     for x, u in zip(states, inputs, strict=True):
-        x[0:3], x[3:6], x[6:9] = rng.normal(size=3), 0.3 * rng.normal(size=3), rng.normal(size=3)
-        x[9:12] = rng.uniform([-0.5, -0.5, -3.0], [0.5, 0.5, 3.0])
-        x[12:] = model.robot.nominal_joints + rng.uniform(-0.4, 0.4, 12)
-        u[:12], u[12:] = 100 * rng.normal(size=12), 3 * rng.normal(size=12)
+        x[State.LINEAR], x[State.ANGULAR], x[State.POSITION] = (
+            rng.normal(size=3),
+            0.3 * rng.normal(size=3),
+            rng.normal(size=3),
+        )
+        x[State.ORIENTATION] = rng.uniform([-0.5, -0.5, -3.0], [0.5, 0.5, 3.0])
+        x[State.JOINTS] = model.robot.nominal_joints + rng.uniform(-0.4, 0.4, 12)
+        u[Input.FORCES], u[Input.JOINT_VELOCITIES] = 100 * rng.normal(size=12), 3 * rng.normal(size=12)
     return states, inputs
 
 
@@ -40,10 +47,10 @@ def drake(model):
     base = plant.get_body(plant.GetFloatingBaseBodies().copy().pop())
 
     def put(x, u):
-        model.robot.set_state(plant, context, x[6:9], x[9:12], x[12:])
+        model.robot.set_state(plant, context, x[State.POSITION], x[State.ORIENTATION], x[State.JOINTS])
         v_WB, w_WB = model.base_velocity(x, u)
         velocities = plant.GetVelocities(context, instance)
-        velocities[-12:] = u[12:]
+        velocities[-12:] = u[Input.JOINT_VELOCITIES]
         plant.SetVelocities(context, instance, velocities)
         plant.SetFreeBodySpatialVelocity(context=context, body=base, V_JpJc=SpatialVelocity(w=w_WB, v=v_WB))
         return plant, context
@@ -57,8 +64,8 @@ def test_momentum_agrees_with_drake(model, drake):
         center = plant.CalcCenterOfMassPositionInWorld(context)
         momentum = plant.CalcSpatialMomentumInWorldAboutPoint(context, center)
         np.testing.assert_allclose(model.center_of_mass(x), center, atol=1e-10)
-        np.testing.assert_allclose(momentum.translational() / model.mass, x[0:3], atol=1e-9)
-        np.testing.assert_allclose(momentum.rotational() / model.mass, x[3:6], atol=1e-9)
+        np.testing.assert_allclose(momentum.translational() / model.mass, x[State.LINEAR], atol=1e-9)
+        np.testing.assert_allclose(momentum.rotational() / model.mass, x[State.ANGULAR], atol=1e-9)
 
 
 def test_feet_agree_with_drake(model, drake):
@@ -81,19 +88,19 @@ def test_momentum_rate_is_that_of_forces_and_gravity(model):
     states, inputs = random_points(model, 3, seed=2)
     for x, u in zip(states, inputs, strict=True):
         rate = model.dynamics(x, u)
-        forces, arms = u[:12].reshape(4, 3), model.foot_positions(x) - model.center_of_mass(x)
-        np.testing.assert_allclose(rate[0:3], forces.sum(axis=0) / model.mass - [0, 0, GRAVITY], atol=1e-9)
-        np.testing.assert_allclose(rate[3:6], np.cross(arms, forces).sum(axis=0) / model.mass, atol=1e-9)
+        forces, arms = foot_forces(u), model.foot_positions(x) - model.center_of_mass(x)
+        np.testing.assert_allclose(rate[State.LINEAR], forces.sum(axis=0) / model.mass - [0, 0, GRAVITY], atol=1e-9)
+        np.testing.assert_allclose(rate[State.ANGULAR], np.cross(arms, forces).sum(axis=0) / model.mass, atol=1e-9)
 
 
 def test_pose_rates_follow_the_base_velocity(model):
     x, u = (points[0] for points in random_points(model, 1, seed=3))
     rate = model.dynamics(x, u)
     v_WB, w_WB = model.base_velocity(x, u)
-    np.testing.assert_allclose(rate[6:9], v_WB, atol=1e-12)
-    expected = RollPitchYaw(x[9:12]).CalcAngularVelocityInParentFromRpyDt(rate[9:12])
+    np.testing.assert_allclose(rate[State.POSITION], v_WB, atol=1e-12)
+    expected = RollPitchYaw(x[State.ORIENTATION]).CalcAngularVelocityInParentFromRpyDt(rate[State.ORIENTATION])
     np.testing.assert_allclose(w_WB, expected, atol=1e-9)
-    np.testing.assert_allclose(rate[12:], u[12:])
+    np.testing.assert_allclose(rate[State.JOINTS], u[Input.JOINT_VELOCITIES])
 
 
 def central_difference(function, z, step=1e-6):
@@ -141,7 +148,7 @@ def test_state_of_a_measurement_gives_back_its_velocities(model):
 def test_weight_compensation_balances_linear_momentum(model):
     x = model.nominal_state()
     rate = model.dynamics(x, model.gravity_compensation([True, False, False, True]))
-    np.testing.assert_allclose(rate[0:3], 0, atol=1e-12)
+    np.testing.assert_allclose(rate[State.LINEAR], 0, atol=1e-12)
     np.testing.assert_allclose(model.foot_positions(x)[:, 2], model.robot.foot_radius, atol=1e-3)
 
 
@@ -150,9 +157,9 @@ def test_single_rigid_body_agrees_where_the_legs_rest_at_nominal(model):
     rigid = CentroidalModel(model.robot, "single_rigid_body")
     assert rigid.mass == pytest.approx(model.mass)
     x, u = (points[0] for points in random_points(model, 1, seed=6))
-    x[12:], u[12:] = model.robot.nominal_joints, 0.0
+    x[State.JOINTS], u[Input.JOINT_VELOCITIES] = model.robot.nominal_joints, 0.0
     np.testing.assert_allclose(rigid.dynamics(x, u), model.dynamics(x, u), atol=1e-10)
-    u[12:] = 2.0
+    u[Input.JOINT_VELOCITIES] = 2.0
     np.testing.assert_allclose(np.concatenate(rigid.base_velocity(x, u)), np.concatenate(rigid.base_velocity(x, 0 * u)))
     assert np.abs(rigid.dynamics(x, u) - model.dynamics(x, u))[6:12].max() > 1e-2
     np.testing.assert_allclose(rigid.foot_positions(x), model.foot_positions(x))

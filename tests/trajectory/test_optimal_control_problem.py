@@ -9,6 +9,9 @@ from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.optimal_control_problem import OcpConfig, OptimalControlProblem, shift_guess
 from quadpips_drake.trajectory.ocp.tracking_task import TrackingTask
+from quadpips_drake.values.centroidal import CentroidalInput as Input
+from quadpips_drake.values.centroidal import CentroidalState as State
+from quadpips_drake.values.centroidal import foot_forces
 from tests.trajectory.walking import trot_task
 
 NUM_KNOTS = 20
@@ -50,7 +53,7 @@ def test_contacts_are_respected(model, problem, solved):
     _, task, solution = solved
     velocity = model.feet(solution.X[:-1], solution.U)[1]
     position = model.feet(solution.X[:-1], solution.U)[0]
-    forces = solution.U[:, :12].reshape(-1, 4, 3)
+    forces = foot_forces(solution.U)
     np.testing.assert_allclose(forces[~task.stance], 0, atol=1e-6)
     drift = velocity + problem.config.stance_position_gain * (position - task.foot_ref_p[:-1])
     np.testing.assert_allclose(drift[task.stance], 0, atol=1e-4)
@@ -61,8 +64,8 @@ def test_contacts_are_respected(model, problem, solved):
 
 def test_robot_moves_as_asked(model, solved):
     _, task, solution = solved
-    np.testing.assert_allclose(solution.X[-1, 6:9], task.x_ref[-1, 6:9], atol=0.06)
-    assert np.abs(solution.X[:, 9:12]).max() < 0.15
+    np.testing.assert_allclose(solution.X[-1, State.POSITION], task.x_ref[-1, State.POSITION], atol=0.06)
+    assert np.abs(solution.X[:, State.ORIENTATION]).max() < 0.15
     positions = np.array([model.foot_positions(x) for x in solution.X])
     swing = ~task.stance
     error = np.abs(positions[:-1] - task.foot_ref_p[:-1])[swing]
@@ -74,7 +77,7 @@ def test_result_does_not_depend_on_heading(model, problem, solved):
     x0, task = trot_task(model, NUM_KNOTS, yaw=2.0)
     solution = problem.solve(x0, task, tol=1e-6)
     straight = solved[2]
-    np.testing.assert_allclose(solution.X[:, 12:], straight.X[:, 12:], atol=5e-3)
+    np.testing.assert_allclose(solution.X[:, State.JOINTS], straight.X[:, State.JOINTS], atol=5e-3)
     np.testing.assert_allclose(solution.X[:, 11] - 2.0, straight.X[:, 11], atol=2e-3)
     assert solution.cost == pytest.approx(straight.cost, rel=0.02)
 
@@ -168,16 +171,19 @@ def test_joint_limits_hold_back(model, limit):
     def extremes(solution):
         torques = -np.einsum(
             "nlij,nli->nlj",
-            np.array([model.robot.foot_jacobians_B(x[12:]) for x in solution.X[:-1]]),
-            solution.U[:, :12].reshape(-1, 4, 3),
+            np.array([model.robot.foot_jacobians_B(x[State.JOINTS]) for x in solution.X[:-1]]),
+            foot_forces(solution.U),
         )  # the base stays level in this task
-        rates, joints = np.abs(solution.U[:, 12:]).max(axis=0), solution.X[:, 12:].min(axis=0)
+        rates, joints = (
+            np.abs(solution.U[:, Input.JOINT_VELOCITIES]).max(axis=0),
+            solution.X[:, State.JOINTS].min(axis=0),
+        )
         return {"position_lower": joints, "velocity_limits": rates, "torque_limits": np.abs(torques).max(axis=(0, 1))}[limit]
 
     free = extremes(problem.solve(x0, task))
     tight = free + 0.05 if limit == "position_lower" else np.resize(0.8 * free, 12)
     problem._parameters = problem._parameters._replace(
-        **{limit: np.minimum(tight, x0[12:] - 0.02) if "pos" in limit else tight}
+        **{limit: np.minimum(tight, x0[State.JOINTS] - 0.02) if "pos" in limit else tight}
     )
     held = extremes(problem.solve(x0, task))
     moved = held - free if limit == "position_lower" else free - held
@@ -190,7 +196,7 @@ def test_single_rigid_body_by_one_switch(model):
     config = OcpConfig(model="single_rigid_body")
     solution = OptimalControlProblem(CentroidalModel(model.robot, config.model), config, NUM_KNOTS).solve(x0, task)
     assert solution.success
-    np.testing.assert_allclose(solution.X[-1, 6:9], task.x_ref[-1, 6:9], atol=0.06)
+    np.testing.assert_allclose(solution.X[-1, State.POSITION], task.x_ref[-1, State.POSITION], atol=0.06)
 
 
 def test_bad_input():

@@ -15,6 +15,7 @@ from quadpips_drake.trajectory.ocp.terms.stance_foot import stance_foot
 from quadpips_drake.trajectory.ocp.terms.swing_foot import swing_foot
 from quadpips_drake.trajectory.ocp.terms.terminal_cost import regulator_cost, turned_to_yaw
 from quadpips_drake.trajectory.ocp.terms.tracking_cost import add_foot_tracking, add_tracking
+from quadpips_drake.values.centroidal import CentroidalInput as Input
 from tests.trajectory.test_centroidal_model import random_points
 from tests.trajectory.walking import central_difference
 
@@ -153,7 +154,7 @@ def test_projection_satisfies_all_constraints():
     for _ in range(3):
         step = rng.normal(size=36)
         du = change + input_map @ step
-        rows = by_state[:num_rows] @ step[:24] + by_rates[:num_rows] @ du[12:] + residual[:num_rows]
+        rows = by_state[:num_rows] @ step[:24] + by_rates[:num_rows] @ du[Input.JOINT_VELOCITIES] + residual[:num_rows]
         np.testing.assert_allclose(rows, 0, atol=1e-10)
         np.testing.assert_array_equal(du[3:9], -7.0)
         np.testing.assert_allclose(du[:3], 100.0 * step[24:27])

@@ -4,6 +4,7 @@ import numpy as np
 
 from quadpips_drake.trajectory.ocp.tracking_task import TrackingTask
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingSpline
+from quadpips_drake.values.centroidal import CentroidalState as State
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import FootholdPlan, Stance
 from quadpips_drake.values.robot_state import RobotState
@@ -16,11 +17,11 @@ def trot_task(model, num_knots, horizon=1.0, speed=0.3, half_period=0.35, yaw=0.
     heading = np.array([np.cos(yaw), np.sin(yaw), 0.0])
     turn = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
     x0 = model.nominal_state()
-    x0[11] = yaw
-    x0[6:9] = turn @ x0[6:9]
+    x0[State.YAW] = yaw
+    x0[State.POSITION] = turn @ x0[State.POSITION]
     times = np.linspace(0.0, horizon, num_knots + 1)
     x_ref = np.tile(x0, (num_knots + 1, 1))
-    x_ref[:, 6:9] += speed * times[:, None] * heading
+    x_ref[:, State.POSITION] += speed * times[:, None] * heading
     x_ref[:, 0:3] = speed * heading
     stance = np.ones((num_knots, 4), dtype=bool)
     foot_p, foot_v = np.tile(model.foot_positions(x0), (num_knots + 1, 1, 1)), np.zeros((num_knots + 1, 4, 3))
@@ -61,7 +62,17 @@ def robot_state_of(model, x) -> RobotState:
     """A measurement of a robot at rest in the pose of ``x``."""
     zero = np.zeros(3)
     return RobotState(
-        0.0, x[6:9], x[9:12], np.eye(3), zero, zero, x[12:], np.zeros(12), np.zeros(12), np.zeros((4, 3)), np.ones(4, bool)
+        0.0,
+        x[State.POSITION],
+        x[State.ORIENTATION],
+        np.eye(3),
+        zero,
+        zero,
+        x[State.JOINTS],
+        np.zeros(12),
+        np.zeros(12),
+        np.zeros((4, 3)),
+        np.ones(4, bool),
     )
 
 

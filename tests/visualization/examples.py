@@ -3,6 +3,7 @@
 import numpy as np
 
 from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.images import AffordanceImage
 from quadpips_drake.values.legs import Leg
@@ -29,7 +30,7 @@ def reference(robot, number: int, begin: float, duration: float = 0.5) -> WholeB
     states = np.zeros((26, 24))
     states[:, 6] = np.linspace(0, 0.2, 26)
     states[:, 8] = robot.nominal_base_height
-    states[:, 12:] = robot.nominal_joints
+    states[:, CentroidalState.JOINTS] = robot.nominal_joints
     swing = np.array([False, True, True, False])
     schedule = ContactSchedule(begin + np.array([0.05, 0.45]), np.array([[True] * 4, swing, [True] * 4]))
     feet = robot.nominal_footholds_B + np.array([0.2, 0, robot.nominal_base_height])

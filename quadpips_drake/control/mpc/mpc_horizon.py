@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.math.constants import GRAVITY
+from quadpips_drake.values.centroidal import INPUT_SIZE, CentroidalInput, CentroidalState, centroidal_state
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import NUM_LEGS, Leg
@@ -48,15 +49,15 @@ def standing_pose(state: RobotState, robot) -> StandingPose:
 
 def standing_samples(pose: StandingPose, robot, intervals: int) -> tuple[np.ndarray, np.ndarray]:
     """Reference states (N + 1, 24) and inputs (N, 24) of keeping ``pose``."""
-    state = np.zeros(24)
-    state[6:9], state[9:12], state[12:] = pose.p_WB, pose.rpy_WB, robot.nominal_joints
+    state = centroidal_state(pose.p_WB, pose.rpy_WB, robot.nominal_joints)
     return np.tile(state, (intervals + 1, 1)), weight_bearing_inputs(np.ones((intervals, NUM_LEGS), dtype=bool), robot.mass)
 
 
 def weight_bearing_inputs(stance: np.ndarray, mass: float) -> np.ndarray:
     """Inputs (N, 24) in which the stance feet, bool (N, 4), share the weight and no joint moves."""
-    inputs = np.zeros((len(stance), 24))
-    inputs[:, 2 : 3 * NUM_LEGS : 3] = stance * (mass * GRAVITY / np.maximum(stance.sum(axis=1), 1))[:, None]
+    inputs = np.zeros((len(stance), INPUT_SIZE))
+    share = mass * GRAVITY / np.maximum(stance.sum(axis=1), 1)
+    inputs[:, CentroidalInput.VERTICAL_FORCES] = stance * share[:, None]
     return inputs
 
 
@@ -71,8 +72,9 @@ def sampled_states(reference: WholeBodyReference, times: np.ndarray, yaw: float)
     """Reference states at ``times`` (n, 24), linear in between, at rest outside; yaw continued from the present ``yaw``."""
     states = interpolated(times, reference.times, reference.states)
     outside = (times < reference.times[0]) | (times > reference.end_time)
-    states[outside, :6] = 0.0
-    states[:, 11] += 2.0 * np.pi * np.round((yaw - states[0, 11]) / (2.0 * np.pi))
+    states[outside, CentroidalState.MOMENTUM] = 0.0
+    yaws = states[:, CentroidalState.YAW]
+    yaws += 2.0 * np.pi * np.round((yaw - yaws[0]) / (2.0 * np.pi))
     return states
 
 

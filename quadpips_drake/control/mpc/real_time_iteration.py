@@ -12,6 +12,7 @@ from quadpips_drake.control.mpc.mpc_config import MpcConfig
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.optimal_control_problem import OptimalControlProblem, TrackingTask
+from quadpips_drake.values.centroidal import INPUT_SIZE, CentroidalInput, CentroidalState, foot_forces
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import NUM_LEGS
@@ -65,7 +66,7 @@ class RealTimeIteration:
         footholds = (FootholdTarget(0, 0.1, 0.3, foot, mpc_swings.UP),)
         schedule = ContactSchedule(np.array([0.1, 0.3]), np.array([[True] * 4, [False, True, True, True], [True] * 4]))
         times, states = np.array([0.0, 1.0]), np.tile(standing, (2, 1))
-        reference = WholeBodyReference(0.0, 0, times, states, np.zeros((2, 24)), schedule, footholds)
+        reference = WholeBodyReference(0.0, 0, times, states, np.zeros((2, INPUT_SIZE)), schedule, footholds)
         memory = MpcMemory.empty()
         for _ in range(2):
             memory = self._next(state, reference, memory, None)
@@ -158,10 +159,11 @@ class RealTimeIteration:
         k = np.clip(np.searchsorted(last.times, middle, side="right") - 1, 0, len(last.inputs) - 1)
         U = last.inputs[k]
         # Where the contacts differ from those of the last solution, its forces are no guess at all.
-        loaded = np.abs(U[:, : 3 * NUM_LEGS]).reshape(-1, NUM_LEGS, 3).sum(axis=2) > _NO_FORCE
+        loaded = foot_forces(np.abs(U)).sum(axis=2) > _NO_FORCE
         useless = np.any(loaded != task.stance, axis=1) | (middle > last.times[-1])
-        U[useless, : 3 * NUM_LEGS] = task.u_ref[useless, : 3 * NUM_LEGS]
-        X[:, 11] += 2.0 * np.pi * np.round((x0[11] - X[0, 11]) / (2.0 * np.pi))
+        U[useless, CentroidalInput.FORCES] = task.u_ref[useless, CentroidalInput.FORCES]
+        yaw = CentroidalState.YAW
+        X[:, yaw] += 2.0 * np.pi * np.round((x0[yaw] - X[0, yaw]) / (2.0 * np.pi))
         return X, U
 
 

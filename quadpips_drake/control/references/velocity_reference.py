@@ -13,9 +13,10 @@ from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.gaits.gait_timeline import GaitTimeline, standing_timeline
 from quadpips_drake.gaits.gaits import Gait, load_gait
 from quadpips_drake.math.constants import GRAVITY
+from quadpips_drake.values.centroidal import STATE_SIZE, CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
-from quadpips_drake.values.legs import NUM_JOINTS, Leg
+from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
 
@@ -226,19 +227,21 @@ class VelocityWalk:
     def _reference(self, now, pose, velocity, ground, schedule: ContactSchedule, state, settled) -> WholeBodyReference:
         c = self._config
         times = now + np.arange(0.0, c.horizon + c.sample_time, c.sample_time)
-        states = np.zeros((len(times), 24))
+        states = np.zeros((len(times), STATE_SIZE))
         poses = advance(pose, velocity, times - now)
         cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-        states[:, 0] = cos * velocity[0] - sin * velocity[1]
-        states[:, 1] = sin * velocity[0] + cos * velocity[1]
-        states[:, 2] = states[:, :2] @ ground.slope
-        states[:, 6:8] = poses[:, :2]
-        states[:, 8] = ground.at(poses[:, :2]) + self._robot.nominal_base_height
-        states[:, 9:11] = c.slope_following * ground.inclination(poses[:, 2])
-        states[:, 11] = poses[:, 2]
+        linear, position = states[:, CentroidalState.LINEAR], states[:, CentroidalState.POSITION]
+        linear[:, 0] = cos * velocity[0] - sin * velocity[1]
+        linear[:, 1] = sin * velocity[0] + cos * velocity[1]
+        linear[:, 2] = linear[:, :2] @ ground.slope
+        position[:, :2] = poses[:, :2]
+        position[:, 2] = ground.at(poses[:, :2]) + self._robot.nominal_base_height
+        orientation = states[:, CentroidalState.ORIENTATION]
+        orientation[:, :2] = c.slope_following * ground.inclination(poses[:, 2])
+        orientation[:, 2] = poses[:, 2]
         down = schedule.stance[np.searchsorted(schedule.event_times, times, side="right")]
         inputs = weight_bearing_inputs(down, self._robot.mass)
-        states[:, 12 : 12 + NUM_JOINTS] = self._robot.nominal_joints
+        states[:, CentroidalState.JOINTS] = self._robot.nominal_joints
         footholds = self._footholds(now, pose, velocity, ground, schedule, state, settled)
         return WholeBodyReference(now, 1, times, states, inputs, schedule, footholds)
 

@@ -22,12 +22,13 @@ from quadpips_drake.trajectory.centroidal.centroidal_kernels import (
     ANGULAR,
     JOINT_RATES,
     JOINTS,
+    MOMENTUM,
     POSITION,
-    STATE_SIZE,
     composite_terms,
     link_kinematics,
     momentum_derivatives,
 )
+from quadpips_drake.values.centroidal import STATE_SIZE
 
 
 @njit(cache=True)
@@ -80,8 +81,8 @@ def base_twist_derivatives(tree, x, u, kinematics, rotation, rotation_angles):
 @njit(cache=True)
 def _force_rows(f, a, b, u, mass, rotation, rotation_angles, center, center_jacobian, feet, axes, origins):
     """Rows of both momenta: forces and their levers about the centre of mass."""
-    f[0:6] = 0.0
-    f[2] = -GRAVITY
+    f[MOMENTUM:POSITION] = 0.0
+    f[MOMENTUM + 2] = -GRAVITY
     for leg in range(4):
         force = vector(u[3 * leg :])
         arm_b = subtract(feet[leg], center)
@@ -89,11 +90,11 @@ def _force_rows(f, a, b, u, mass, rotation, rotation_angles, center, center_jaco
         torque = cross(arm, force)
         for i in range(3):
             f[i] += force[i] / mass
-            f[3 + i] += torque[i] / mass
+            f[ANGULAR + i] += torque[i] / mass
             b[i, 3 * leg + i] = 1.0 / mass
             turned = cross(times(rotation_angles[i], arm_b), force)
             for j in range(3):
-                a[3 + j, ANGLES + i] += turned[j] / mass
+                a[ANGULAR + j, ANGLES + i] += turned[j] / mass
         b[3, 3 * leg + 1], b[3, 3 * leg + 2] = -arm[2] / mass, arm[1] / mass
         b[4, 3 * leg], b[4, 3 * leg + 2] = arm[2] / mass, -arm[0] / mass
         b[5, 3 * leg], b[5, 3 * leg + 1] = -arm[1] / mass, arm[0] / mass
@@ -104,37 +105,37 @@ def _force_rows(f, a, b, u, mass, rotation, rotation_angles, center, center_jaco
                 change = add(change, cross(axes[j], subtract(feet[leg], origins[j])))
             torque = times(rotation, cross(change, force_b))
             for i in range(3):
-                a[3 + i, JOINTS + j] += torque[i] / mass
+                a[ANGULAR + i, JOINTS + j] += torque[i] / mass
 
 
 @njit(cache=True)
 def _pose_rows(f, a, b, x, u, rotation, rotation_angles, twist):
-    """Rows of base position, roll-pitch-yaw and joints; also v_WB_x (3, 24) = a[6:9]."""
+    """Rows of base position, roll-pitch-yaw and joints; also v_WB_x (3, 24), those of the position."""
     w, s, w_x, s_x, w_u, s_u = twist[0], twist[1], twist[2], twist[3], twist[4], twist[5]
     rate, rate_angles = roll_pitch_yaw_rates(x[ANGLES:JOINTS])
-    velocity = subtract(x[0:3], times(rotation, s))
+    velocity = subtract(x[MOMENTUM:ANGULAR], times(rotation, s))
     turning = times(rate, w)
     for i in range(3):
-        f[6 + i], f[9 + i] = velocity[i], turning[i]
+        f[POSITION + i], f[ANGLES + i] = velocity[i], turning[i]
         for j in range(STATE_SIZE):
-            a[6 + i, j] = -(rotation[i, 0] * s_x[0, j] + rotation[i, 1] * s_x[1, j] + rotation[i, 2] * s_x[2, j])
-            a[9 + i, j] = rate[i, 0] * w_x[0, j] + rate[i, 1] * w_x[1, j] + rate[i, 2] * w_x[2, j]
-        a[6 + i, i] += 1.0
+            a[POSITION + i, j] = -(rotation[i, 0] * s_x[0, j] + rotation[i, 1] * s_x[1, j] + rotation[i, 2] * s_x[2, j])
+            a[ANGLES + i, j] = rate[i, 0] * w_x[0, j] + rate[i, 1] * w_x[1, j] + rate[i, 2] * w_x[2, j]
+        a[POSITION + i, i] += 1.0
         for j in range(12):
             column = JOINT_RATES + j
-            b[6 + i, column] = -(rotation[i, 0] * s_u[0, j] + rotation[i, 1] * s_u[1, j] + rotation[i, 2] * s_u[2, j])
-            b[9 + i, column] = rate[i, 0] * w_u[0, j] + rate[i, 1] * w_u[1, j] + rate[i, 2] * w_u[2, j]
+            b[POSITION + i, column] = -(rotation[i, 0] * s_u[0, j] + rotation[i, 1] * s_u[1, j] + rotation[i, 2] * s_u[2, j])
+            b[ANGLES + i, column] = rate[i, 0] * w_u[0, j] + rate[i, 1] * w_u[1, j] + rate[i, 2] * w_u[2, j]
     for i in range(3):
         turned = times(rotation_angles[i], s)
         for j in range(3):
-            a[6 + j, ANGLES + i] -= turned[j]
+            a[POSITION + j, ANGLES + i] -= turned[j]
         if i < 2:
             turned = times(rate_angles[i], w)
             for j in range(3):
-                a[9 + j, ANGLES + i] += turned[j]
+                a[ANGLES + j, ANGLES + i] += turned[j]
     for j in range(12):
-        f[12 + j] = u[JOINT_RATES + j]
-        b[12 + j, JOINT_RATES + j] = 1.0
+        f[JOINTS + j] = u[JOINT_RATES + j]
+        b[JOINTS + j, JOINT_RATES + j] = 1.0
 
 
 @njit(cache=True)
@@ -147,9 +148,9 @@ def _foot_rows(leg, u, rotation, rotation_angles, twist, kinematics, f, a, b, p,
     for j in range(first, first + 3):
         relative = add(relative, scale(u[JOINT_RATES + j], cross(axes[j], subtract(foot, origins[j]))))
     store(p, times(rotation, foot))
-    store(v, add(vector(f[6:]), times(rotation, relative)))
-    v_x[:, :] = a[6:9, :]
-    v_u[:, :] = b[6:9, :]
+    store(v, add(vector(f[POSITION:]), times(rotation, relative)))
+    v_x[:, :] = a[POSITION:ANGLES, :]
+    v_u[:, :] = b[POSITION:ANGLES, :]
     p_x[:, :] = 0.0
     for i in range(3):
         p_x[i, POSITION + i] = 1.0

@@ -26,13 +26,16 @@ from quadpips_drake.math.small_algebra import (
     vector,
 )
 from quadpips_drake.robots.kinematic_tree import axis_rotation
+from quadpips_drake.values.centroidal import STATE_SIZE, CentroidalInput, CentroidalState
 
-STATE_SIZE = 24
-INPUT_SIZE = 24
-
-# Slices of the state and of the input; single indices because numba wants constants.
-MOMENTUM, ANGULAR, POSITION, ANGLES, JOINTS = 0, 3, 6, 9, 12
-FORCES, JOINT_RATES = 0, 12
+# Where the parts of the state and of the input begin: compiled loops count from there.
+MOMENTUM, ANGULAR = CentroidalState.MOMENTUM.start, CentroidalState.ANGULAR.start
+POSITION, ANGLES, JOINTS = (
+    CentroidalState.POSITION.start,
+    CentroidalState.ORIENTATION.start,
+    CentroidalState.JOINTS.start,
+)
+JOINT_RATES = CentroidalInput.JOINT_VELOCITIES.start
 
 
 @njit(cache=True)
@@ -168,10 +171,10 @@ def dynamics_kernel(tree, x, u):
         f = vector(u[3 * leg :])
         accumulate(force, f)
         accumulate(torque, cross(times(rotation, subtract(feet[leg], center)), f))
-    out[0:3] = force / mass
-    out[2] -= GRAVITY
-    out[3:6] = torque / mass
-    out[6:9] = velocity
-    out[9:12] = rates @ w
-    out[12:24] = u[JOINT_RATES:]
+    out[MOMENTUM:ANGULAR] = force / mass
+    out[MOMENTUM + 2] -= GRAVITY
+    out[ANGULAR:POSITION] = torque / mass
+    out[POSITION:ANGLES] = velocity
+    out[ANGLES:JOINTS] = rates @ w
+    out[JOINTS:] = u[JOINT_RATES:]
     return out

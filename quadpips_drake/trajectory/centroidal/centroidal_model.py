@@ -10,15 +10,14 @@ from quadpips_drake.robots.kinematic_tree import KinematicTree
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.trajectory.centroidal.centroidal_derivatives import knot_derivatives
 from quadpips_drake.trajectory.centroidal.centroidal_kernels import (
-    INPUT_SIZE,
+    ANGLES,
     JOINTS,
-    STATE_SIZE,
     base_velocity_kernel,
     composite_terms,
     dynamics_kernel,
     link_kinematics,
 )
-from quadpips_drake.values.legs import NUM_LEGS
+from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE, CentroidalState, centroidal_state, foot_forces
 from quadpips_drake.values.robot_state import RobotState
 
 MODEL_KINDS = ("centroidal", "single_rigid_body")
@@ -27,9 +26,9 @@ MODEL_KINDS = ("centroidal", "single_rigid_body")
 @njit(cache=True)
 def _all_knots(tree, states, inputs):
     n = len(states)
-    f, a, b = np.empty((n, 24)), np.empty((n, 24, 24)), np.empty((n, 24, 24))
+    f, a, b = np.empty((n, STATE_SIZE)), np.empty((n, STATE_SIZE, STATE_SIZE)), np.empty((n, STATE_SIZE, INPUT_SIZE))
     p, v = np.empty((n, 4, 3)), np.empty((n, 4, 3))
-    p_x, v_x, v_u = np.empty((n, 4, 3, 24)), np.empty((n, 4, 3, 24)), np.empty((n, 4, 3, 24))
+    p_x, v_x, v_u = np.empty((n, 4, 3, STATE_SIZE)), np.empty((n, 4, 3, STATE_SIZE)), np.empty((n, 4, 3, INPUT_SIZE))
     for i in range(n):
         knot_derivatives(tree, states[i], inputs[i], f[i], a[i], b[i], p[i], v[i], p_x[i], v_x[i], v_u[i])
     return f, a, b, p, v, p_x, v_x, v_u
@@ -40,7 +39,7 @@ def _base_twists(tree, states, inputs):
     twists = np.empty((len(states), 6))
     for k in range(len(states)):
         velocity, w = base_velocity_kernel(tree, states[k], inputs[k])
-        rotation, _ = roll_pitch_yaw_rotation(states[k, 9:12])
+        rotation, _ = roll_pitch_yaw_rotation(states[k, ANGLES:JOINTS])
         twists[k, :3] = rotation @ w
         twists[k, 3:] = velocity
     return twists
@@ -92,8 +91,8 @@ class CentroidalModel:
 
     def foot_positions(self, x) -> np.ndarray:
         """Returns the feet's centres in W [m], (4, 3)."""
-        rotation, _ = roll_pitch_yaw_rotation(np.asarray(x[9:12], float))
-        return x[6:9] + self.robot.foot_positions_B(x[JOINTS:]) @ rotation.T
+        rotation, _ = roll_pitch_yaw_rotation(np.asarray(x[CentroidalState.ORIENTATION], float))
+        return x[CentroidalState.POSITION] + self.robot.foot_positions_B(x[CentroidalState.JOINTS]) @ rotation.T
 
     def base_twists(self, states, inputs) -> np.ndarray:
         """Returns angular, then linear velocity of the base in W at n points, (n, 6) [rad/s, m/s]."""
@@ -102,7 +101,7 @@ class CentroidalModel:
     def base_velocity(self, x, u) -> tuple[np.ndarray, np.ndarray]:
         """Returns the base's linear velocity v_WB [m/s] (at its origin) and angular w_WB [rad/s], (3,), both in W."""
         velocity, w = base_velocity_kernel(self.tree, _contiguous(x), _contiguous(u))
-        rotation, _ = roll_pitch_yaw_rotation(np.asarray(x[9:12], float))
+        rotation, _ = roll_pitch_yaw_rotation(np.asarray(x[CentroidalState.ORIENTATION], float))
         return velocity, rotation @ w
 
     def momentum(self, rpy, q, v_WB, w_WB, joint_velocities) -> np.ndarray:
@@ -118,7 +117,7 @@ class CentroidalModel:
         """Returns the state x (24,) with that base pose, joints and velocities (in W)."""
         rates = np.zeros(12) if joint_velocities is None else joint_velocities
         momentum = self.momentum(rpy, q, np.asarray(v_WB, float), np.asarray(w_WB, float), rates)
-        return np.concatenate((momentum, p_WB, rpy, q))
+        return centroidal_state(p_WB, rpy, q, momentum)
 
     def state_from_robot_state(self, robot_state: RobotState) -> np.ndarray:
         """Returns the state x (24,) of a measurement."""
@@ -135,7 +134,7 @@ class CentroidalModel:
         u = np.zeros(INPUT_SIZE)
         stance = np.asarray(stance, bool)
         if stance.any():
-            u[:12].reshape(NUM_LEGS, 3)[stance, 2] = self.mass * GRAVITY / stance.sum()
+            foot_forces(u)[stance, 2] = self.mass * GRAVITY / stance.sum()
         return u
 
     def locked_inertia(self, q) -> np.ndarray:
@@ -145,13 +144,13 @@ class CentroidalModel:
 
     def center_of_mass(self, x) -> np.ndarray:
         """Returns the centre of mass in W [m], (3,)."""
-        rotation, _ = roll_pitch_yaw_rotation(np.asarray(x[9:12], float))
-        _, _, coms, _, _ = link_kinematics(self.tree, _contiguous(x[JOINTS:]))
-        return x[6:9] + rotation @ (self.tree.link_mass @ coms / self.mass)
+        rotation, _ = roll_pitch_yaw_rotation(np.asarray(x[CentroidalState.ORIENTATION], float))
+        _, _, coms, _, _ = link_kinematics(self.tree, _contiguous(x[CentroidalState.JOINTS]))
+        return x[CentroidalState.POSITION] + rotation @ (self.tree.link_mass @ coms / self.mass)
 
 
 def _contiguous(a):
     return np.ascontiguousarray(a, dtype=float)
 
 
-__all__ = ["INPUT_SIZE", "MODEL_KINDS", "STATE_SIZE", "CentroidalModel", "lumped_tree"]
+__all__ = ["MODEL_KINDS", "CentroidalModel", "lumped_tree"]

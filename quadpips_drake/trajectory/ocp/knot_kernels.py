@@ -7,7 +7,8 @@ from numba import njit
 
 from quadpips_drake.robots.kinematic_tree import KinematicTree
 from quadpips_drake.trajectory.centroidal.centroidal_derivatives import dynamics_derivatives, knot_derivatives
-from quadpips_drake.trajectory.ocp.projection import project_inputs
+from quadpips_drake.trajectory.centroidal.centroidal_kernels import JOINT_RATES, JOINTS
+from quadpips_drake.trajectory.ocp.projection import NUM_FREE, project_inputs
 from quadpips_drake.trajectory.ocp.terms.foothold_region import add_foothold_region
 from quadpips_drake.trajectory.ocp.terms.friction_cone import INACTIVE_BOUND, friction_pyramid
 from quadpips_drake.trajectory.ocp.terms.joint_limits import add_box_limits, add_torque_limits
@@ -15,9 +16,11 @@ from quadpips_drake.trajectory.ocp.terms.stance_foot import stance_foot
 from quadpips_drake.trajectory.ocp.terms.swing_foot import swing_foot
 from quadpips_drake.trajectory.ocp.terms.tracking_cost import add_angular_momentum_tracking, add_foot_tracking, add_tracking
 from quadpips_drake.trajectory.ocp.terms.zero_force import zero_force
+from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE, CentroidalState
 
-STATES, INPUTS, FREE = 24, 24, 12
+STATES, INPUTS, FREE = STATE_SIZE, INPUT_SIZE, NUM_FREE
 STAGE = STATES + FREE
+YAW = CentroidalState.YAW
 _MAX_GAIN_TIMES_STEP = 0.8
 
 
@@ -115,10 +118,12 @@ def _stage_cost(parameters, task, k, x, u, dt, feet, geometry, hessian, linear):
     )
     cost += add_angular_momentum_tracking(x, task.x_ref[k], parameters.angular_momentum_weights, dt, hessian, linear)
     mu, delta = parameters.position_barrier
-    cost += add_box_limits(x[12:], parameters.position_lower, parameters.position_upper, mu, delta, dt, 12, hessian, linear)
+    cost += add_box_limits(
+        x[JOINTS:], parameters.position_lower, parameters.position_upper, mu, delta, dt, JOINTS, hessian, linear
+    )
     mu, delta = parameters.velocity_barrier
     limits = parameters.velocity_limits
-    cost += add_box_limits(u[12:], -limits, limits, mu, delta, dt, 36, hessian, linear)
+    cost += add_box_limits(u[JOINT_RATES:], -limits, limits, mu, delta, dt, STATES + JOINT_RATES, hessian, linear)
     mu, delta = parameters.torque_barrier
     cost += add_torque_limits(
         u, rotation, rotation_angles, axes, origins, feet_b, parameters.torque_limits, mu, delta, dt, hessian, linear
@@ -184,7 +189,7 @@ def _friction(parameters, task, k, u, rows, bounds):
     slope = task.friction * parameters.pyramid_friction
     for leg in range(4):
         if task.stance[k, leg]:
-            friction_pyramid(task.surface_normal[k, leg], task.x_ref[k, 11], slope, rows[leg])
+            friction_pyramid(task.surface_normal[k, leg], task.x_ref[k, YAW], slope, rows[leg])
             bounds[leg] = slope * parameters.min_normal_force - rows[leg] @ u[3 * leg : 3 * leg + 3]
             rows[leg] *= parameters.force_unit
         else:
@@ -195,13 +200,13 @@ def _friction(parameters, task, k, u, rows, bounds):
 @njit(cache=True)
 def approximate_knots(parameters, task, states, inputs, blocks):
     """Fills ``blocks`` with the linear-quadratic approximation about states (n + 1, 24) and inputs (n, 24)."""
-    f, a, b = np.empty(24), np.empty((24, 24)), np.empty((24, 24))
+    f, a, b = np.empty(STATES), np.empty((STATES, STATES)), np.empty((STATES, INPUTS))
     p, v = np.empty((4, 3)), np.empty((4, 3))
-    p_x, v_x, v_u = np.empty((4, 3, 24)), np.empty((4, 3, 24)), np.empty((4, 3, 24))
-    hessian, linear = np.empty((48, 48)), np.empty(48)
-    dynamics = np.empty((24, 48))
-    by_state, by_rates, residual = np.empty((12, 24)), np.empty((12, 12)), np.empty(12)
-    full_map, offset = np.zeros((48, STAGE)), np.zeros(48)
+    p_x, v_x, v_u = np.empty((4, 3, STATES)), np.empty((4, 3, STATES)), np.empty((4, 3, INPUTS))
+    hessian, linear = np.empty((STATES + INPUTS, STATES + INPUTS)), np.empty(STATES + INPUTS)
+    dynamics = np.empty((STATES, STATES + INPUTS))
+    by_state, by_rates, residual = np.empty((12, STATES)), np.empty((12, 12)), np.empty(12)
+    full_map, offset = np.zeros((STATES + INPUTS, STAGE)), np.zeros(STATES + INPUTS)
     free = np.empty(FREE, np.bool_)
     for i in range(STATES):
         full_map[i, i] = 1.0

@@ -16,8 +16,9 @@ from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
 from quadpips_drake.trajectory.ocp.stage_program import StageProgram
 from quadpips_drake.trajectory.ocp.terms.terminal_cost import regulator_cost, turned_to_yaw
 from quadpips_drake.trajectory.ocp.tracking_task import Guess, OcpSolution, TrackingTask, shift_guess
+from quadpips_drake.values.centroidal import STATE_SIZE, CentroidalState
 
-_YAW = 11
+_YAW = CentroidalState.YAW
 _FORCE_UNIT_PER_WEIGHT = 0.2
 _REGULATOR_STEP = 0.02
 _MIN_STEP_LENGTH = 1e-2
@@ -41,7 +42,9 @@ class OptimalControlProblem:
         self._blocks = make_blocks(num_knots)
         self._program = StageProgram(num_knots)
         self._solver = make_solver(config.solver, config.qp_tolerance)
-        self._terminal_cost = self._regulator_cost() if config.terminal_cost_scale > 0 else np.zeros((24, 24))
+        self._terminal_cost = (
+            self._regulator_cost() if config.terminal_cost_scale > 0 else np.zeros((STATE_SIZE, STATE_SIZE))
+        )
 
     def initial_guess(self, x0, task: TrackingTask) -> Guess:
         """Returns the reference itself, moved to start at ``x0``'s pose, as the point to linearise about."""
@@ -75,7 +78,7 @@ class OptimalControlProblem:
         )
         if step is None:
             return replace(solution, status=f"quadratic program: {clock.failure}")
-        largest = np.abs(step[0][:, 6:]).max()
+        largest = np.abs(step[0][:, CentroidalState.CONFIGURATION]).max()
         length = min(1.0, self.config.max_step / max(largest, 1e-12))
         return replace(solution, X=states + length * step[0], U=inputs + length * step[1])
 
@@ -204,7 +207,7 @@ class OptimalControlProblem:
         approximate_knots(self._parameters, task.arrays(self.config.friction), np.array([x, x]), u[None], blocks)
         dynamics = blocks.dynamics[0]
         steps = round(self.config.terminal_horizon / _REGULATOR_STEP)
-        cost = regulator_cost(dynamics[:, :24], dynamics[:, 24:], blocks.hessian[0], steps)
+        cost = regulator_cost(dynamics[:, :STATE_SIZE], dynamics[:, STATE_SIZE:], blocks.hessian[0], steps)
         return self.config.terminal_cost_scale * cost
 
 

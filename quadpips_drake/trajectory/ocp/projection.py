@@ -10,7 +10,12 @@ quadratic program a quarter smaller and rids it of its equalities but the dynami
 import numpy as np
 from numba import njit
 
-NUM_FREE = 12
+from quadpips_drake.values.centroidal import STATE_SIZE, CentroidalInput
+from quadpips_drake.values.legs import NUM_JOINTS
+
+NUM_FREE = NUM_JOINTS
+"""Entries of w: three for each leg."""
+_JOINT_RATES = CentroidalInput.JOINT_VELOCITIES.start
 _SMALLEST_PIVOT = 1e-6
 
 
@@ -57,10 +62,10 @@ def project_inputs(stance, num_rows, by_state, by_rates, residual, force_unit, c
     free[:] = False
     basis, triangle = orthogonal_basis(by_rates[:num_rows])
     # Forward substitution with R^T: dv_j = -Q1 R^-T (by_state dx + residual).
-    solved = np.empty((num_rows, 25))
+    solved = np.empty((num_rows, STATE_SIZE + 1))
     for i in range(num_rows):
-        solved[i, :24] = by_state[i]
-        solved[i, 24] = residual[i]
+        solved[i, :STATE_SIZE] = by_state[i]
+        solved[i, STATE_SIZE] = residual[i]
         for k in range(i):
             solved[i] -= triangle[k, i] * solved[k]
         pivot = triangle[i, i]
@@ -68,16 +73,16 @@ def project_inputs(stance, num_rows, by_state, by_rates, residual, force_unit, c
             pivot = _SMALLEST_PIVOT if pivot >= 0 else -_SMALLEST_PIVOT
         solved[i] /= pivot
     particular = np.ascontiguousarray(basis[:, :num_rows]) @ solved
-    input_map[12:, :24] = -particular[:, :24]
-    change[12:] = -particular[:, 24]
+    input_map[_JOINT_RATES:, :STATE_SIZE] = -particular[:, :STATE_SIZE]
+    change[_JOINT_RATES:] = -particular[:, STATE_SIZE]
     column = num_rows
     for leg in range(4):
         for i in range(3):
             slot = 3 * leg + i
             if stance[leg]:
-                input_map[slot, 24 + slot] = force_unit
+                input_map[slot, STATE_SIZE + slot] = force_unit
                 free[slot] = True
-            elif column < 12:
-                input_map[12:, 24 + slot] = basis[:, column]
+            elif column < NUM_FREE:
+                input_map[_JOINT_RATES:, STATE_SIZE + slot] = basis[:, column]
                 free[slot] = True
                 column += 1

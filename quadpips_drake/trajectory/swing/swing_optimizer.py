@@ -14,6 +14,7 @@ from quadpips_drake.trajectory.ocp.tracking_task import Guess, joined_tasks
 from quadpips_drake.trajectory.swing.swing_task import SwingSetup, make_swing_task
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig
 from quadpips_drake.trajectory.swing.target_configuration import TargetConfig, find_target, foot_centers
+from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.plans import FootholdPlan
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
@@ -98,7 +99,7 @@ class SwingOptimizer:
     def _setups(self, x, plan):
         """Returns the SwingSetups up to the first target out of reach, and why they end there."""
         feet = [foot_centers(stance, self.robot.foot_radius) for stance in plan.stances]
-        targets, reason, guess = [], "", x[12:]
+        targets, reason, guess = [], "", x[CentroidalState.JOINTS]
         for k, legs in enumerate(plan.swing_legs):
             stance = plan.stances[k + 1]
             target = find_target(self.robot, stance.p_WB, stance.rpy_WB, feet[k + 1], self.config.target, guess)
@@ -108,7 +109,7 @@ class SwingOptimizer:
             targets.append(target)
             guess = target.joints
         duration = plan.swing_duration + plan.stance_duration
-        positions = np.array([x[6:9], *(target.p_WB for target in targets)])
+        positions = np.array([x[CentroidalState.POSITION], *(target.p_WB for target in targets)])
         velocities = self._boundary_velocities(x, positions, duration)
         liftoff = 0.5 * plan.stance_duration
         return [
@@ -132,7 +133,7 @@ class SwingOptimizer:
     def _boundary_velocities(self, x, positions, duration):
         """Base velocities at the beginning, between swings and at the end, (n + 1, 3)."""
         velocities = np.zeros_like(positions)
-        velocities[0] = x[0:3]
+        velocities[0] = x[CentroidalState.LINEAR]
         if self.config.carry_momentum and len(positions) > 2:
             velocities[1:-1] = (positions[2:] - positions[:-2]) / (2.0 * duration)
         return velocities

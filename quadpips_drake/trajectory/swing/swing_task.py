@@ -10,6 +10,7 @@ from quadpips_drake.trajectory.ocp.tracking_task import TrackingTask
 from quadpips_drake.trajectory.swing.ground_profile import ground_profile, region_halfspaces
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig, SwingSpline
 from quadpips_drake.trajectory.swing.target_configuration import TargetConfiguration, leg_angles
+from quadpips_drake.values.centroidal import STATE_SIZE, CentroidalInput, CentroidalState
 from quadpips_drake.values.legs import NUM_LEGS
 
 
@@ -77,22 +78,26 @@ def make_swing_task(model: CentroidalModel, x0, setup: SwingSetup, config: Swing
 
 
 def _reference(model, x0, setup, times, foot_p, stance):
-    angles = np.vstack((x0[9:12], setup.end.rpy_WB))
+    angles = np.vstack((x0[CentroidalState.ORIENTATION], setup.end.rpy_WB))
     angles[1, 2] += 2.0 * np.pi * np.round((angles[0, 2] - angles[1, 2]) / (2.0 * np.pi))
-    position, velocity = _hermite(x0[6:9], setup.end.p_WB, setup.start_velocity, setup.end_velocity, times)
+    p_WB = x0[CentroidalState.POSITION]
+    position, velocity = _hermite(p_WB, setup.end.p_WB, setup.start_velocity, setup.end_velocity, times)
     rpy, rpy_rate = _hermite(angles[0], angles[1], np.zeros(3), np.zeros(3), times)
-    x_ref = np.zeros((len(times), 24))
-    x_ref[:, 0:3], x_ref[:, 6:9], x_ref[:, 9:12] = velocity, position, rpy
-    reached, guess = True, x0[12:]
-    inertia = model.locked_inertia(x0[12:]) / model.mass
+    x_ref = np.zeros((len(times), STATE_SIZE))
+    x_ref[:, CentroidalState.LINEAR] = velocity
+    x_ref[:, CentroidalState.POSITION] = position
+    x_ref[:, CentroidalState.ORIENTATION] = rpy
+    reached, guess = True, x0[CentroidalState.JOINTS]
+    inertia = model.locked_inertia(guess) / model.mass
     for k in range(len(times)):
         guess, failed = leg_angles(model.robot, position[k], rpy[k], foot_p[k], guess)
         reached &= not failed
-        x_ref[k, 12:] = guess
+        x_ref[k, CentroidalState.JOINTS] = guess
         rotation, _ = roll_pitch_yaw_rotation(rpy[k])
-        x_ref[k, 3:6] = rotation @ inertia @ _body_rates(rpy[k], rpy_rate[k])
+        x_ref[k, CentroidalState.ANGULAR] = rotation @ inertia @ _body_rates(rpy[k], rpy_rate[k])
     u_ref = np.array([model.gravity_compensation(flags) for flags in stance])
-    u_ref[:, 12:] = np.diff(x_ref[:, 12:], axis=0) / np.diff(times)[:, None]
+    joint_steps = np.diff(x_ref[:, CentroidalState.JOINTS], axis=0)
+    u_ref[:, CentroidalInput.JOINT_VELOCITIES] = joint_steps / np.diff(times)[:, None]
     return x_ref, u_ref, reached
 
 

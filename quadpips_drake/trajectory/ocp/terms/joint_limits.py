@@ -4,7 +4,9 @@ import numpy as np
 from numba import njit
 
 from quadpips_drake.math.small_algebra import cross, dot, subtract, transpose_times, vector
+from quadpips_drake.trajectory.centroidal.centroidal_kernels import ANGLES, JOINTS
 from quadpips_drake.trajectory.ocp.terms.relaxed_barrier import add_linear_barrier, relaxed_barrier
+from quadpips_drake.values.centroidal import STATE_SIZE
 
 
 @njit(cache=True)
@@ -38,14 +40,14 @@ def add_torque_limits(u, rotation, rotation_angles, axes, origins, feet, limits,
             torque = -dot(column, force_b)
             gradient[:] = 0.0
             for i in range(3):
-                gradient[9 + i] = -dot(column, transpose_times(rotation_angles[i], force))
-                gradient[24 + first + i] = -dot(rotation[i], column)
+                gradient[ANGLES + i] = -dot(column, transpose_times(rotation_angles[i], force))
+                gradient[STATE_SIZE + first + i] = -dot(rotation[i], column)
             for i in range(first, first + 3):
                 if i <= j:
                     bent = cross(axes[i], column)
                 else:
                     bent = cross(axes[j], cross(axes[i], subtract(foot, origins[i])))
-                gradient[12 + i] = -dot(bent, force_b)
+                gradient[JOINTS + i] = -dot(bent, force_b)
             cost += add_linear_barrier(limits[j] + torque, gradient, mu, delta, weight, hessian, linear)
             cost += add_linear_barrier(limits[j] - torque, -gradient, mu, delta, weight, hessian, linear)
     return cost

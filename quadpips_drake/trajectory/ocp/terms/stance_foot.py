@@ -2,6 +2,8 @@
 
 from numba import njit
 
+from quadpips_drake.trajectory.centroidal.centroidal_kernels import JOINT_RATES
+
 
 @njit(cache=True)
 def stance_foot(p, v, p_ref, p_x, v_x, v_u, gain, row, by_state, by_rates, residual):
@@ -12,5 +14,5 @@ def stance_foot(p, v, p_ref, p_x, v_x, v_u, gain, row, by_state, by_rates, resid
     for i in range(3):
         residual[row + i] = v[i] + gain * (p[i] - p_ref[i])
         by_state[row + i, :] = v_x[i] + gain * p_x[i]
-        by_rates[row + i, :] = v_u[i, 12:]
+        by_rates[row + i, :] = v_u[i, JOINT_RATES:]
     return row + 3

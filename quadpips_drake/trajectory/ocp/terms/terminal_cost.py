@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from quadpips_drake.values.centroidal import CentroidalState
+
 
 def regulator_cost(dynamics_x, dynamics_u, hessian, steps: int) -> np.ndarray:
     """Returns the cost-to-go matrix of a linear-quadratic problem over ``steps`` steps, by Riccati's recursion.
@@ -29,6 +31,7 @@ def turned_to_yaw(cost: np.ndarray, yaw: float) -> np.ndarray:
     """
     turn = np.eye(len(cost))
     c, s = np.cos(yaw), np.sin(yaw)
-    for first in (0, 3, 6):
-        turn[first : first + 2, first : first + 2] = [[c, s], [-s, c]]
+    for part in (CentroidalState.LINEAR, CentroidalState.ANGULAR, CentroidalState.POSITION):
+        x, y = part.start, part.start + 1
+        turn[x, x], turn[x, y], turn[y, x], turn[y, y] = c, s, -s, c
     return turn.T @ cost @ turn

@@ -3,6 +3,11 @@
 import numpy as np
 from numba import njit
 
+from quadpips_drake.trajectory.centroidal.centroidal_kernels import ANGULAR
+from quadpips_drake.values.centroidal import CentroidalState
+
+YAW = CentroidalState.YAW
+
 
 @njit(cache=True)
 def add_tracking(x, u, x_ref, u_ref, state_weights, input_weights, weight, hessian, linear):
@@ -25,17 +30,18 @@ def add_tracking(x, u, x_ref, u_ref, state_weights, input_weights, weight, hessi
 def add_angular_momentum_tracking(x, x_ref, weights, weight, hessian, linear):
     """Adds the cost of angular momentum about the horizontal axes, whose weights (2,) differ: roll and pitch of the robot,
     so they belong to the axes of the reference's heading. Returns the cost."""
-    c, s = np.cos(x_ref[11]), np.sin(x_ref[11])
+    c, s = np.cos(x_ref[YAW]), np.sin(x_ref[YAW])
     xx = weight * (c * c * weights[0] + s * s * weights[1])
     yy = weight * (s * s * weights[0] + c * c * weights[1])
     xy = weight * c * s * (weights[0] - weights[1])
-    ex, ey = x[3] - x_ref[3], x[4] - x_ref[4]
-    linear[3] += xx * ex + xy * ey
-    linear[4] += xy * ex + yy * ey
-    hessian[3, 3] += xx
-    hessian[4, 4] += yy
-    hessian[3, 4] += xy
-    hessian[4, 3] += xy
+    i, j = ANGULAR, ANGULAR + 1
+    ex, ey = x[i] - x_ref[i], x[j] - x_ref[j]
+    linear[i] += xx * ex + xy * ey
+    linear[j] += xy * ex + yy * ey
+    hessian[i, i] += xx
+    hessian[j, j] += yy
+    hessian[i, j] += xy
+    hessian[j, i] += xy
     return 0.5 * (xx * ex * ex + yy * ey * ey) + xy * ex * ey
 
 
