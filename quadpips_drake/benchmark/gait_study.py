@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadpips_drake.benchmark.study_pool import run_study
+from quadpips_drake.benchmark.study_pool import Study, run_study
 from quadpips_drake.gaits.gaits import GAITS
 from quadpips_drake.trials.trial_options import resolve_config
 from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
@@ -59,7 +59,7 @@ def walk_once(robot: str, walk: StudiedWalk, seed: int, duration: float) -> dict
 
 def run_gaits(
     robots: list[str], seeds: list[int], folder: Path, results: dict, *, duration: float = 10.0, workers: int = 1
-) -> dict:
+) -> Study:
     """Runs what is missing in ``results``, {"robot/walk/seed": trial}; see ``run_study``."""
     jobs = {}
     for robot in robots:

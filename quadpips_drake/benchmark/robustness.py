@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from quadpips_drake.benchmark.disturbances import DISTURBANCES, trial_options
-from quadpips_drake.benchmark.study_pool import run_study
+from quadpips_drake.benchmark.study_pool import Study, run_study
 from quadpips_drake.trials.trial_options import resolve_config
 from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
 
@@ -29,38 +29,34 @@ def survives(name: str, size: float, robot: str, folder: Path, seed: int) -> dic
     }
 
 
-def study(
-    name: str, robot: str, folder: Path, seeds: list[int], known: list[dict], *, bisect: bool = True, trial=survives
-) -> list[dict]:
-    """Trials of one disturbance with one robot: the target with each seed, then bisection with the first one.
+def wanted_trials(
+    name: str, robot: str, seeds: list[int], trials: list[dict], *, bisect: bool = True
+) -> list[tuple[float, int]]:
+    """Sizes and seeds of one disturbance that should be tried next with one robot; none when all is known.
+
+    The target comes first, with the first seed; then with the others, while the first one is bisected with until the
+    resolution is reached, size after size. Bisection takes for granted that what is survived is survived in smaller sizes,
+    too.
 
     Args:
-        known: trials that have been run before; they are not repeated.
-        bisect: whether to go on until the resolution is reached.
-        trial: see ``survives``.
-
-    Returns: all trials. Bisection takes for granted that what is survived is survived in smaller sizes, too.
+        trials: those that have been run, see ``survives``; they are not repeated.
+        bisect: whether to do more than the target.
     """
     disturbance = DISTURBANCES[name]
-    trials = list(known)
-
-    def outcome(size: float, seed: int) -> bool:
-        for done in trials:
-            if done["seed"] == seed and abs(done["size"] - size) < 1e-9:
-                return done["survived"]
-        trials.append(trial(name, size, robot, folder, seed))
-        return trials[-1]["survived"]
-
+    outcomes = {(round(trial["size"], 9), trial["seed"]): trial["survived"] for trial in trials}
     low, high = disturbance.least, disturbance.largest(robot)
-    size = disturbance.target[robot]
-    if size > 0.0:
-        for seed in seeds:
-            outcome(size, seed)
-    size = size or 0.5 * (low + high)
+    target = disturbance.target[robot]
+    if target > 0.0 and (round(target, 9), seeds[0]) not in outcomes:
+        return [(target, seeds[0])]
+    wanted = [(target, seed) for seed in seeds[1:] if target > 0.0 and (round(target, 9), seed) not in outcomes]
+    size = target or 0.5 * (low + high)
     while bisect and high - low > disturbance.resolution + 1e-9:
-        low, high = (size, high) if outcome(size, seeds[0]) else (low, size)
+        survived = outcomes.get((round(size, 9), seeds[0]))
+        if survived is None:
+            return [*wanted, (size, seeds[0])]
+        low, high = (size, high) if survived else (low, size)
         size = 0.5 * (low + high)
-    return trials
+    return wanted
 
 
 def largest_survived(trials: list[dict]) -> float | None:
@@ -81,27 +77,41 @@ def _cells(trials: list[dict], target: float) -> list[str]:
     return [f"{target:.3g}", share, f"{best:.3g}" + (" or more" if open_end else "")]
 
 
-def table(results: dict) -> str:
-    """The results, {"robot/disturbance": trials}, as a markdown table."""
-    robots = sorted({key.split("/")[0] for key in results})
+def table(results: dict, robots: list[str], names: list[str]) -> str:
+    """The results, {"robot/disturbance": trials}, of ``robots`` and disturbances ``names`` as a markdown table."""
     heads = [f"{robot}: aim | survived | largest" for robot in robots]
     lines = ["| disturbance | " + " | ".join(heads) + " |", "|---" * (3 * len(robots) + 1) + "|"]
-    for name, disturbance in DISTURBANCES.items():
-        cells = []
+    for name in names:
+        disturbance, cells = DISTURBANCES[name], []
         for robot in robots:
             trials = results.get(f"{robot}/{name}", [])
-            cells += _cells(trials, disturbance.target[robot]) if trials else ["", "", "not run"]
+            cells += _cells(trials, disturbance.target[robot]) if trials else ["", "", "no result"]
         lines.append(f"| {name} [{disturbance.unit}] | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
 def run_robustness(
     robots: list[str], names: list[str], seeds: list[int], folder: Path, results: dict, *, bisect: bool, workers: int
-) -> dict:
+) -> Study:
     """Studies the disturbances ``names`` with each robot, on top of earlier ``results``; see ``run_study``."""
+    begun = set()
+
+    def wanted(robot: str, name: str, trials: list[dict]) -> dict:
+        jobs = {}
+        for size, seed in wanted_trials(name, robot, seeds, trials, bisect=bisect):
+            key = f"{robot}/{name}/{size:g}/{seed}"
+            if key not in begun:
+                begun.add(key)
+                jobs[key] = partial(survives, name, size, robot, folder, seed)
+        return jobs
+
+    def keep(results: dict, key: str, trial: dict) -> dict:
+        robot, name, _, _ = key.split("/")
+        trials = results[f"{robot}/{name}"] = [*results.get(f"{robot}/{name}", []), trial]
+        return wanted(robot, name, trials)
+
     jobs = {}
     for robot in robots:
         for name in names:
-            known = results.get(f"{robot}/{name}", [])
-            jobs[f"{robot}/{name}"] = partial(study, name, robot, folder, seeds, known, bisect=bisect)
-    return run_study(jobs, folder / STORE, results, workers=workers, description="disturbances")
+            jobs |= wanted(robot, name, results.get(f"{robot}/{name}", []))
+    return run_study(jobs, folder / STORE, results, workers=workers, description="trials", keep=keep)

@@ -2,18 +2,26 @@
 
 import json
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from contextlib import closing
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import track
+from rich.progress import Progress
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.files import read_json
+from quadpips_drake.files import read_json, write_json
+from quadpips_drake.worker_pool import JobFailed, Outcome, run_jobs
 
-_JOBS_PER_PROCESS = 8
-"""A diagram with systems in Python is never quite freed (some 30 MB each); after so many jobs a process is replaced."""
+
+@dataclass
+class Study:
+    """What has come out of the jobs of a study."""
+
+    results: dict
+    """By key; earlier ones too."""
+    failed: list[str] = field(default_factory=list)
+    """Keys of the jobs of this run that have no result."""
 
 
 def load_results(store: Path) -> dict:
@@ -29,8 +37,15 @@ def load_results(store: Path) -> dict:
     return results
 
 
-def run_study(jobs: dict[str, Callable], store: Path, results: dict, *, workers: int, description: str) -> dict:
-    """Runs ``jobs`` and writes their results into ``store`` (JSON) one by one.
+def _put(results: dict, key: str, value) -> dict:
+    results[key] = value
+    return {}
+
+
+def run_study(
+    jobs: dict[str, Callable], store: Path, results: dict, *, workers: int, description: str, keep: Callable = _put
+) -> Study:
+    """Runs ``jobs`` and writes their results into ``store`` (JSON) one by one, so that an interruption loses none of them.
 
     Args:
         jobs: by key what to call; must pickle.
@@ -38,21 +53,37 @@ def run_study(jobs: dict[str, Callable], store: Path, results: dict, *, workers:
         results: those of earlier runs, by key; they are kept, and replaced where a job has the same key.
         workers: processes at the same time.
         description: for the progress bar.
+        keep: (results, key of a job, its result) -> further jobs that follow from it; puts the result among ``results``.
 
-    Returns: all results. A job that ends in a UserInputError has none, its message is printed.
+    Returns: the results. For a job that raised something, or whose process died, one line is printed, and the rest goes on.
     """
-    console = Console(stderr=True)
-    results = dict(results)
-    context = get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context, max_tasks_per_child=_JOBS_PER_PROCESS) as pool:
-        running = {pool.submit(job): key for key, job in jobs.items()}
-        for job in track(as_completed(running), description, total=len(running), console=console):
-            try:
-                results[running[job]] = job.result()
-            except UserInputError as error:
-                console.print(f"{running[job]}: {error}", highlight=False)
-                continue
-            temporary = store.with_suffix(".part")
-            temporary.write_text(json.dumps(results, indent=1), encoding="utf-8")
-            temporary.replace(store)
-    return results
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    study, total, done = Study(dict(results)), len(jobs), 0
+
+    def following(outcome: Outcome) -> dict:
+        nonlocal total, done
+        if outcome.error is not None:
+            console.print(f"{outcome.key}: {_one_line(outcome.error)}", markup=False)
+            study.failed.append(outcome.key)
+            return {}
+        further = keep(study.results, outcome.key, outcome.value)
+        write_json(store, study.results)
+        total, done = total + len(further), done + 1
+        return further
+
+    try:
+        with Progress(*Progress.get_default_columns(), console=console) as progress:
+            bar = progress.add_task(description, total=total)
+            with closing(run_jobs(jobs, workers=workers, following=following)) as outcomes:
+                for _ in outcomes:
+                    progress.update(bar, advance=1, total=total)
+    except KeyboardInterrupt:
+        console.print(f"interrupted; the results of {done} of {total} jobs are kept in {store}", markup=False)
+        raise
+    return study
+
+
+def _one_line(error: BaseException) -> str:
+    """What was the matter, for the user."""
+    text = " ".join(str(error).split())
+    return text if isinstance(error, UserInputError | JobFailed) and text else f"{type(error).__name__}: {text}".rstrip(": ")

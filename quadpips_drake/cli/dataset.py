@@ -1,12 +1,13 @@
 """``quadpips dataset``: makes labelled depth images for the steppability network."""
 
 import time
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from quadpips_drake.cli.console import messages, writable_directory
+from quadpips_drake.cli.console import FAILURE, messages, print_error, writable_directory
 
 EPILOG = """
 Examples:
@@ -16,12 +17,14 @@ Examples:
   quadpips dataset --frames 3000 --seed 1 --workers 2 --out data --resume   goes on after an interruption
 
   quadpips dataset --frames 50 --out try --preview   then look at try/preview.png
+
+Exit status: 0 done, 1 something could not be written or rendered (what is there is kept, --resume goes on), 2 bad input.
 """
 
 
 def dataset(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the dataset goes.")],
-    frames: Annotated[int, typer.Option(min=1, metavar="N", help="Labelled images, in scenes of 5.")] = 3000,
+    frames: Annotated[int, typer.Option(min=1, metavar="N", help="Labelled images, in scenes of 5; at least 50.")] = 3000,
     seed: Annotated[int, typer.Option(min=0, metavar="S", help="Decides every scene.")] = 1,
     workers: Annotated[int, typer.Option(min=1, max=256, metavar="W", help="Processes that render.")] = 2,
     resume: Annotated[bool, typer.Option("--resume", help="Keep what an interrupted call has made.")] = False,
@@ -29,24 +32,45 @@ def dataset(
     swing_height: Annotated[float, typer.Option(metavar="H", help="Highest obstacle that a foot passes, m.")] = 0.15,
 ):
     """Make labelled depth images of random scenes, for 'quadpips train'."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    from quadpips_drake.learning.data_factory import make_dataset
+    from quadpips_drake.learning.data_factory import plan_shards
     from quadpips_drake.learning.dataset_config import DatasetConfig
     from quadpips_drake.learning.primitives import LabelPolicy
     from quadpips_drake.sensing.depth_camera import check_renderer
 
-    check_renderer()
     config = DatasetConfig(policy=LabelPolicy(swing_height))
+    plan_shards(frames, config)  # refuses too few before anything is written
+    writable_directory(out)
+    check_renderer()
     started = time.perf_counter()
-    columns = (TextColumn("dataset"), BarColumn(), MofNCompleteColumn(), TextColumn("shards"), TimeRemainingColumn())
-    with Progress(*columns, console=messages) as progress:
-        bar = progress.add_task("dataset", total=None)
-        for done, total in make_dataset(writable_directory(out), frames, seed, config, workers, resume):
-            progress.update(bar, completed=done, total=total)
+    _make_with_progress(out, frames, seed, config, workers, resume)
     typer.echo(f"dataset:  {out}, at least {frames} frames, seed {seed}, {time.perf_counter() - started:.0f} s")
     if preview:
         typer.echo(f"preview:  {_save_preview(out)}")
+
+
+def _make_with_progress(out: Path, frames: int, seed: int, config, workers: int, resume: bool) -> None:
+    """Makes the dataset and shows a bar; an end before the end is one line that says what is there."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from quadpips_drake.learning.data_factory import make_dataset
+    from quadpips_drake.worker_pool import JobFailed
+
+    columns = (TextColumn("dataset"), BarColumn(), MofNCompleteColumn(), TextColumn("shards"), TimeRemainingColumn())
+    done = total = 0
+    try:
+        with closing(make_dataset(out, frames, seed, config, workers, resume)) as shards:
+            done, total = next(shards)  # a refusal comes before the bar
+            with Progress(*columns, console=messages) as progress:
+                bar = progress.add_task("dataset", completed=done, total=total)
+                for done, _ in shards:
+                    progress.update(bar, completed=done)
+    except KeyboardInterrupt:
+        messages.print(f"interrupted; {done} of {total} shards lie in {out}, --resume goes on", markup=False)
+        raise
+    except (OSError, JobFailed) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        print_error(f"--out {out}: {reason}; {done} of {total} shards lie there, --resume goes on")
+        raise typer.Exit(FAILURE) from None
 
 
 def _save_preview(directory: Path) -> Path:

@@ -7,9 +7,9 @@ dataset's seed, on i and on the configuration alone: workers and interruptions c
 import dataclasses
 import os
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import closing
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +24,7 @@ from quadpips_drake.learning.scene_renderer import SceneRenderer
 from quadpips_drake.learning.scenes import SCENE_KINDS, make_scene
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.values.steppability import Steppability
+from quadpips_drake.worker_pool import JobFailed, run_jobs
 
 MIN_SCENES = 10
 """Fewer scenes would leave a split empty."""
@@ -63,10 +64,13 @@ def make_dataset(
 ) -> Iterator[tuple[int, int]]:
     """Makes a dataset in ``directory``; yields (shards done, shards in all) after each shard, and once at the start.
 
-    With ``resume`` the shards that an interrupted call with the same arguments has written are kept.
+    With ``resume`` the shards that an interrupted call with the same arguments has written are kept. A shard whose process
+    died is left out, and the others are made.
 
     Raises:
         UserInputError: the directory holds another dataset, or one and ``resume`` is not set.
+        OSError: something cannot be written.
+        JobFailed: at the end, when shards are missing.
     """
     tasks = plan_shards(frames, config)
     manifest = _manifest(frames, seed, config, tasks)
@@ -76,17 +80,19 @@ def make_dataset(
     yield done, len(tasks)
     if not missing:
         return
-    # VTK and its EGL context do not survive a fork, so the workers are started afresh.
-    with ProcessPoolExecutor(max_workers=min(workers, len(missing)), mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(_make_shard, str(directory), task, seed, config) for task in missing]
-        try:
-            for future in as_completed(futures):
-                future.result()
-                done += 1
-                yield done, len(tasks)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    jobs = {task.name: partial(_make_shard, str(directory), task, seed, config) for task in missing}
+    lost = []
+    with closing(run_jobs(jobs, workers=workers)) as outcomes:
+        for outcome in outcomes:
+            if isinstance(outcome.error, JobFailed):
+                lost.append(f"{outcome.key}: {outcome.error}")
+                continue
+            if outcome.error is not None:
+                raise outcome.error
+            done += 1
+            yield done, len(tasks)
+    if lost:
+        raise JobFailed(f"{len(lost)} of {len(tasks)} shards are missing ({lost[0]})")
 
 
 def render_scene(number: int, seed: int, config: DatasetConfig, renderer: SceneRenderer) -> dict[str, np.ndarray]:
@@ -138,9 +144,13 @@ def _make_shard(directory: str, task: ShardTask, seed: int, config: DatasetConfi
     arrays = {key: np.concatenate([scene[key] for scene in scenes]) for key in scenes[0]}
     # Written under another name first, so that an interruption leaves no half shard behind.
     unfinished = Path(directory) / f".{task.name}.{os.getpid()}"
-    with unfinished.open("wb") as file:
-        np.savez_compressed(file, **arrays)
-    unfinished.rename(Path(directory) / task.name)
+    try:
+        with unfinished.open("wb") as file:
+            np.savez_compressed(file, **arrays)
+        unfinished.rename(Path(directory) / task.name)
+    except OSError:
+        unfinished.unlink(missing_ok=True)
+        raise
 
 
 _worker_renderer: list[SceneRenderer] = []

@@ -18,6 +18,7 @@ from quadpips_drake.trials.walk_trial import WalkTrialConfig
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
+from tests import trivial_jobs
 
 
 def _circle(speed=0.4, rate=0.5, duration=6.0):
@@ -60,32 +61,61 @@ def test_the_last_word_on_a_foothold_counts():
     assert reference.schedule.swings(Leg.LF) == [pytest.approx((1.0, 1.3))]
 
 
-def test_the_study_tries_the_target_with_all_seeds_bisects_with_the_first_and_repeats_nothing(tmp_path):
-    asked = []
+def tried(name, seeds, trials, survives, bisect=True):
+    """Runs what is wanted of a disturbance of Go2 until nothing is; returns all trials in order."""
+    trials = list(trials)
+    while wanted := robustness.wanted_trials(name, "go2", seeds, trials, bisect=bisect):
+        trials += [{"size": size, "seed": seed, "survived": survives(size, seed)} for size, seed in wanted]
+    return trials
 
-    def survives(name, size, robot, folder, seed):
-        asked.append((size, seed))
-        return {"size": size, "seed": seed, "survived": size < 0.31 and (size, seed) != (0.2, 9), "max_tilt": 0.0}
 
-    trials = robustness.study("payload", "go2", tmp_path, [8, 9], [], trial=survives)
+def test_the_study_tries_the_target_with_all_seeds_bisects_with_the_first_and_repeats_nothing():
+    def survives(size, seed):
+        return size < 0.31 and (size, seed) != (0.2, 9)
+
+    trials = tried("payload", [8, 9], [], survives)
+    asked = [(trial["size"], trial["seed"]) for trial in trials]
     assert asked[:2] == [(0.2, 8), (0.2, 9)], "the target comes first"
-    assert {seed for _, seed in asked[2:]} == {8}
+    assert {seed for _, seed in asked[2:]} == {8} and len(set(asked)) == len(asked)
     first = [trial for trial in trials if trial["seed"] == 8]
     assert robustness.largest_survived(first) == pytest.approx(0.3, abs=0.05)
-    count = len(asked)
-    assert robustness.study("payload", "go2", tmp_path, [8, 9], trials, trial=survives) == trials
-    assert len(asked) == count
-    assert "| payload [of the mass] | 0.2 | 1/2 | 0.3" in robustness.table({"go2/payload": trials})
-    assert "not run" in robustness.table({"go2/payload": trials})
+    assert tried("payload", [8, 9], trials, survives) == trials
+    results = {"go2/payload": trials, "go2/bumps": trials, "anymal_c/payload": trials}
+    table = robustness.table(results, ["go2"], ["payload"])
+    assert "| payload [of the mass] | 0.2 | 1/2 | 0.3" in table
+    assert len(table.splitlines()) == 3 and "anymal_c" not in table, "only what was asked for"
+    assert "no result" in robustness.table(results, ["go2"], ["payload", "slope_up"])
 
 
-def test_targets_alone(tmp_path):
-    def survives(name, size, robot, folder, seed):
-        return {"size": size, "seed": seed, "survived": True}
+def test_bisection_begins_in_the_middle_where_there_is_no_target():
+    assert robustness.wanted_trials("actuator_delay", "go2", [1, 2], []) == [(pytest.approx(0.02), 1)]
+    assert robustness.wanted_trials("actuator_delay", "go2", [1, 2], [], bisect=False) == []
 
-    trials = robustness.study("bumps", "go2", tmp_path, [1, 2], [], bisect=False, trial=survives)
+
+def test_targets_alone():
+    trials = tried("bumps", [1, 2], [], lambda size, seed: True, bisect=False)
     assert [(trial["size"], trial["seed"]) for trial in trials] == [(0.03, 1), (0.03, 2)]
-    assert "| 0.03 | 2/2 | 0.03 or more |" in robustness.table({"go2/bumps": trials})
+    assert "| 0.03 | 2/2 | 0.03 or more |" in robustness.table({"go2/bumps": trials}, ["go2"], ["bumps"])
+
+
+def test_the_trials_of_robustness_follow_from_each_other_and_are_kept_one_by_one(tmp_path, monkeypatch):
+    def at_once(jobs, store, results, *, keep, **_):
+        waiting = dict(jobs)
+        while waiting:
+            key = next(iter(waiting))
+            job = waiting.pop(key)
+            name, size, robot, _, seed = job.args
+            asked.append((name, size, robot, seed))
+            waiting |= keep(results, key, {"size": size, "seed": seed, "survived": True})
+        return results
+
+    asked = []
+    monkeypatch.setattr(robustness, "run_study", at_once)
+    options = {"bisect": False, "workers": 1}
+    known = {"go2/bumps": [{"size": 0.03, "seed": 5, "survived": True}]}
+    results = robustness.run_robustness(["go2"], ["bumps", "payload"], [5, 6], tmp_path, known, **options)
+    assert asked == [("bumps", 0.03, "go2", 6), ("payload", 0.2, "go2", 5), ("payload", 0.2, "go2", 6)]
+    assert [trial["seed"] for trial in results["go2/bumps"]] == [5, 6]
 
 
 @pytest.mark.parametrize("name", DISTURBANCES)
@@ -103,11 +133,21 @@ def test_every_disturbance_makes_a_valid_trial_that_depends_on_the_seed(name, tm
 def test_results_are_kept_one_by_one_and_bad_files_refused(tmp_path):
     store = tmp_path / "some.json"
     assert load_results(store) == {}
-    results = run_study({"a": partial(round, 2.7)}, store, {"b": 1}, workers=1, description="rounding")
-    assert results == load_results(store) == {"a": 3, "b": 1}
+    study = run_study({"a": partial(round, 2.7)}, store, {"b": 1}, workers=1, description="rounding")
+    assert study.results == load_results(store) == {"a": 3, "b": 1} and not study.failed
     store.write_text("[1")
     with pytest.raises(UserInputError, match="no file of results"):
         load_results(store)
+
+
+def test_a_job_without_a_result_is_named_and_the_rest_goes_on(tmp_path, capsys):
+    jobs = {"bad": partial(int, "x"), "killed": trivial_jobs.end_by_force, "good": partial(round, 2.7)}
+    study = run_study(jobs, tmp_path / "some.json", {}, workers=1, description="jobs")
+    assert study.results == load_results(tmp_path / "some.json") == {"good": 3}
+    assert study.failed == ["bad", "killed"]
+    lines = capsys.readouterr().err.splitlines()
+    assert "bad: ValueError: invalid literal for int() with base 10: 'x'" in lines
+    assert any(line.startswith("killed: its process ended abruptly (SIGKILL") for line in lines)
 
 
 def test_the_table_of_gaits_tells_the_worst_error():

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from quadpips_drake.cli.console import SUCCESS, writable_directory
+from quadpips_drake.cli.console import FAILURE, SUCCESS, messages, writable_directory
 from quadpips_drake.errors import UserInputError, unknown_name
 
 EPILOG_GAITS = """
@@ -15,7 +15,9 @@ Examples:
 
   quadpips evaluate gaits --workers 2              both robots, five seeds: some 140 walks of 10 s
 
-What has been computed is kept in DIR/gaits.json and not computed again. Exit status: 0 done, 2 bad input.
+What has been computed is kept in DIR/gaits.json and not computed again, after Ctrl-C too.
+
+Exit status: 0 done, 1 some trials ended without a result, 2 bad input.
 """
 
 EPILOG_ROBUSTNESS = """
@@ -27,9 +29,9 @@ Examples:
 
 Disturbances: push_phase_0 ... push_phase_4, slipperiness, slope_up, slope_down, slope_across, bumps, payload, mpc_delay,
 actuator_delay, solver_fault, ground_believed_higher, ground_believed_lower. What has been computed is kept in
-DIR/robustness.json and not computed again.
+DIR/robustness.json and not computed again, after Ctrl-C too.
 
-Exit status: 0 done, 2 bad input.
+Exit status: 0 done, 1 some trials ended without a result, 2 bad input.
 """
 
 Robots = Annotated[str, typer.Option(metavar="A,B", help="Which robots.")]
@@ -51,9 +53,9 @@ def gaits(
         raise UserInputError("--duration must be a positive number of seconds")
     known, numbers = _known_robots(robots), _seeds(seeds)
     results = load_results(writable_directory(out) / gait_study.STORE)
-    results = gait_study.run_gaits(known, numbers, out, results, duration=duration, workers=workers)
-    typer.echo(gait_study.table(results))
-    raise typer.Exit(SUCCESS)
+    done = gait_study.run_gaits(known, numbers, out, results, duration=duration, workers=workers)
+    typer.echo(gait_study.table(done.results))
+    raise typer.Exit(_status(done))
 
 
 def robustness(
@@ -79,9 +81,17 @@ def robustness(
             raise unknown_name("disturbance", name, DISTURBANCES)
     known, numbers = _known_robots(robots), _seeds(seeds)
     results = load_results(writable_directory(out) / study.STORE)
-    results = study.run_robustness(known, names, numbers, out, results, bisect=not target_only, workers=workers)
-    typer.echo(study.table(results))
-    raise typer.Exit(SUCCESS)
+    done = study.run_robustness(known, names, numbers, out, results, bisect=not target_only, workers=workers)
+    typer.echo(study.table(done.results, known, names))
+    raise typer.Exit(_status(done))
+
+
+def _status(done) -> int:
+    """Exit status of a study, and a line when something is missing in it."""
+    if not done.failed:
+        return SUCCESS
+    messages.print(f"{len(done.failed)} jobs ended without a result, see above; the same command tries them again")
+    return FAILURE
 
 
 def _known_robots(text: str) -> list[str]:
