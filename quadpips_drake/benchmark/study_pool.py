@@ -1,6 +1,5 @@
 """Many trials by several processes, each result kept as soon as it is there: what has been computed is never lost."""
 
-import json
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass, field

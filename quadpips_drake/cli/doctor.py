@@ -5,18 +5,19 @@ import platform
 import sys
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 
 import typer
 from rich.console import Console
 
 from quadpips_drake.cli import console
+from quadpips_drake.solvers.missing_solver import MissingSolverError
+from quadpips_drake.worker_pool import run_jobs
 
+OK, NOTE, FAIL = "OK", "NOTE", "FAIL"
+_COLORS = {OK: "green", NOTE: "yellow", FAIL: "red"}
 STANDING_TIME = 1.0
 """Simulated time of the standing robot [s]."""
 
@@ -34,6 +35,8 @@ class Check:
     """Returns a remark, or raises anything when the check fails."""
     remedy: str
     """What to do when it fails."""
+    optional: bool = False
+    """Whether a missing package is a remark and no failure."""
     isolated: bool = False
     """Whether to run in a process of its own, because a missing system library may end the process."""
 
@@ -41,17 +44,18 @@ class Check:
 def doctor():
     """Check this machine: Python, Drake, rendering, solvers, cores, caches, and one second of standing.
 
-    Each line says OK or FAIL, and after FAIL what to do. Exit status: 0 all is well, 1 something failed.
+    Each line says OK, FAIL (the next one says what to do) or NOTE (something is missing that only some settings need).
+    Exit status: 0 nothing failed, 1 something did.
     """
     output = Console(highlight=False, soft_wrap=True)
     failures = 0
     for check in checks():
         with output.status(check.name):
-            ok, remark = outcome(check)
-        failures += not ok
-        output.print("[green]OK  [/]" if ok else "[red]FAIL[/]", end=" ")
+            verdict, remark = outcome(check)
+        failures += verdict == FAIL
+        output.print(f"[{_COLORS[verdict]}]{verdict:4}[/]", end=" ")
         output.print(f"{check.name}: {remark}", markup=False)
-        if not ok:
+        if verdict == FAIL:
             output.print(f"     -> {check.remedy}", markup=False)
     if failures:
         output.print(f"{failures} of {len(list(checks()))} checks failed")
@@ -66,24 +70,26 @@ def checks() -> Iterator[Check]:
     yield Check("processor cores", _cores, "use a machine with 2 cores or more; with one it works, slowly")
     yield Check("compiled-code cache", _numba_cache, "make the package's folder writable, or set NUMBA_CACHE_DIR")
     for solver in ("PIQP", "ProxQP", "OSQP", "Clarabel"):
-        yield Check(f"solver {solver}", partial(_solve, solver.lower()), reinstall, isolated=True)
+        optional = solver == "ProxQP"  # no default names it, and PIQP is what all are made with
+        yield Check(f"solver {solver}", partial(_solve, solver.lower()), reinstall, optional, isolated=True)
     egl = "install libEGL; on Debian or Ubuntu: apt install libegl1 libgl1"
     yield Check("depth camera (EGL)", _render, egl, isolated=True)
     yield Check("standing for a second", _stand, "run 'make test' to see which part fails", isolated=True)
 
 
-def outcome(check: Check) -> tuple[bool, str]:
-    """Returns whether the check passed, and its remark or the reason why not."""
+def outcome(check: Check) -> tuple[str, str]:
+    """Returns OK, NOTE or FAIL, and the check's remark or the reason."""
     try:
         if not check.isolated:
-            return True, check.run()
-        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
-            return True, process.submit(check.run).result()
-    except BrokenProcessPool:
-        return False, "the process ended abruptly"
+            return OK, check.run()
+        (ended,) = run_jobs({check.name: check.run}, workers=1)
+        if ended.error is not None:
+            raise ended.error
+        return OK, ended.value
     except Exception as error:  # a doctor reports whatever the matter is
         lines = str(error).strip().splitlines()
-        return False, lines[0] if lines else type(error).__name__
+        missing = check.optional and isinstance(error, MissingSolverError)
+        return NOTE if missing else FAIL, lines[0] if lines else type(error).__name__
 
 
 def _python() -> str:

@@ -6,8 +6,8 @@ from functools import partial
 import numpy as np
 from pydrake.solvers import ClarabelSolver, OsqpSolver, SolverId, SolverOptions
 
-from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.registry import Registry
+from quadpips_drake.solvers.missing_solver import needed_for
 from quadpips_drake.solvers.qp_solver import QpSolver, SolveDetails
 
 qp_solvers = Registry("solver", "quadpips_drake.qp_solvers")
@@ -56,11 +56,12 @@ def make_solver(name: str, tolerance: float | None = None):
         name: see ``solver_names``.
         tolerance: on the residuals, for controllers that trade accuracy for time; None for each solver's own default.
             Drake's own solvers keep theirs.
+
+    Raises:
+        UserInputError: there is no such solver; MissingSolverError: it is not installed.
     """
-    try:
+    with needed_for(name):
         return qp_solvers.get(name).factory(tolerance)
-    except ImportError as error:
-        raise UserInputError(f"the solver '{name}' is not installed ({error}); choose another or install it") from None
 
 
 def solve_program(solver, prog, initial_guess=None) -> tuple[np.ndarray, SolveDetails]:

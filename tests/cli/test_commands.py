@@ -12,6 +12,7 @@ from quadpips_drake import __version__
 from quadpips_drake.cli import console, doctor
 from quadpips_drake.cli.main import app
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.solvers.missing_solver import MissingSolverError
 
 COMMANDS = ["run", "terrain", "diagram", "doctor"]
 
@@ -89,7 +90,11 @@ def test_doctor_reports_failures_with_their_remedy(monkeypatch):
     def fails():
         raise doctor.CheckFailed("it is broken")
 
-    checks = [doctor.Check("sound", lambda: "well", ""), doctor.Check("broken", fails, "mend it")]
+    def misses():
+        raise MissingSolverError("it is missing")
+
+    sound, broken = doctor.Check("sound", lambda: "well", ""), doctor.Check("broken", fails, "mend it")
+    checks = [sound, broken, doctor.Check("rare", misses, "", optional=True)]
     monkeypatch.setattr(doctor, "checks", lambda: iter(checks))
     status, output, _ = quadpips("doctor")
     assert status == 1
@@ -97,8 +102,11 @@ def test_doctor_reports_failures_with_their_remedy(monkeypatch):
         "OK   sound: well",
         "FAIL broken: it is broken",
         "     -> mend it",
-        "1 of 2 checks failed",
+        "NOTE rare: it is missing",
+        "1 of 3 checks failed",
     ]
+    checks.remove(broken)
+    assert quadpips("doctor")[0] == 0, "what is optional does not fail"
 
 
 def _end_abruptly():
@@ -108,8 +116,8 @@ def _end_abruptly():
 
 
 def test_doctor_survives_a_check_that_ends_its_process():
-    ok, remark = doctor.outcome(doctor.Check("crash", _end_abruptly, "", isolated=True))
-    assert not ok
+    verdict, remark = doctor.outcome(doctor.Check("crash", _end_abruptly, "", isolated=True))
+    assert verdict == doctor.FAIL
     assert "abruptly" in remark
 
 

@@ -1,5 +1,8 @@
 """All back-ends must agree on the same programs, also after the coefficients changed."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from pydrake.solvers import MathematicalProgram, MathematicalProgramResult, SolutionResult, SolverOptions
@@ -159,3 +162,31 @@ def test_repeated_variables_add_up():
 def test_unknown_solver_lists_the_known_ones():
     with pytest.raises(UserInputError, match=r"unknown solver 'magic'; known: .*piqp"):
         make_solver("magic")
+
+
+def test_without_proxsuite_everything_else_works():
+    code = """
+import dataclasses, sys
+sys.modules["proxsuite"] = None  # its import fails
+import quadpips_drake.diagrams.walk
+from quadpips_drake.cli import doctor
+from quadpips_drake.control.whole_body.whole_body_qp import make_whole_body_qp
+from quadpips_drake.errors import UserInputError
+make_whole_body_qp("piqp_direct", 2, 1, 1)
+for check in doctor.checks():
+    if check.name.startswith("solver"):
+        check = dataclasses.replace(check, isolated=False)
+        print(check.name, doctor.outcome(check)[0])
+for name in ("proxqp", "proxqp_dense"):
+    try:
+        make_whole_body_qp(name, 2, 1, 1)
+    except UserInputError as error:
+        print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    lines = done.stdout.splitlines()
+    assert lines[:4] == ["solver PIQP OK", "solver ProxQP NOTE", "solver OSQP OK", "solver Clarabel OK"], done.stderr
+    assert [line.split(" (")[0] for line in lines[4:]] == [
+        "the solver 'proxqp' is not installed",
+        "the solver 'proxqp_dense' is not installed",
+    ]

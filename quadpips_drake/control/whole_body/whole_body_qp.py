@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import piqp
-from proxsuite import proxqp
 from pydrake.solvers import MathematicalProgram
 
+from quadpips_drake.solvers.missing_solver import needed_for
 from quadpips_drake.solvers.registry import make_solver, solve_program
 from quadpips_drake.values.immutable import ImmutableValue
 
@@ -56,6 +56,9 @@ class DenseQp:
         self, variables: int, equalities: int, inequalities: int, *, tolerance: float = 1e-5, max_iterations: int = 100
     ):
         self._sizes = (variables, equalities, inequalities)
+        with needed_for("proxqp_dense"):
+            from proxsuite import proxqp
+        self._proxqp = proxqp
         self._qp = proxqp.dense.QP(variables, equalities, inequalities)
         self._qp.settings.eps_abs = tolerance
         self._qp.settings.eps_rel = 0.0
@@ -83,7 +86,7 @@ class DenseQp:
             # Without a preconditioner: it takes three times as long as the solution, and the caller scales the problem.
             qp.init(H, g, A, b, C, lower, upper, False)
             self._initialised = True
-        guess = proxqp.InitialGuess
+        guess = self._proxqp.InitialGuess
         if warm is not None:
             qp.settings.initial_guess = guess.WARM_START
             qp.solve(warm.x, warm.y, warm.z)
@@ -91,7 +94,7 @@ class DenseQp:
             qp.settings.initial_guess = guess.EQUALITY_CONSTRAINED_INITIAL_GUESS
             qp.solve()
         info = qp.results.info
-        solved = info.status == proxqp.PROXQP_SOLVED
+        solved = info.status == self._proxqp.PROXQP_SOLVED
         return QpSolution(
             solved,
             "solved" if solved else str(info.status).split(".")[-1].lower(),
