@@ -109,8 +109,8 @@ def _payload(size: float, robot: str, folder: Path, rng):
 
 def _solver_fault(size: float, robot: str, folder: Path, rng):
     start = PUSH_TIME + rng.uniform(0.0, load_gait("trot").duration)
-    fault = "stages.tracking.mpc.fault"
-    return {"duration": start + 3.0}, [f"{fault}_start=[{start}]", f"{fault}_duration={size}"]
+    outage = "stages.tracking.faults.outage"
+    return {"duration": start + 3.0}, [f"{outage}_start=[{start}]", f"{outage}_duration={size}"]
 
 
 def _disturbances() -> dict[str, Disturbance]:
