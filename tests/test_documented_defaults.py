@@ -5,7 +5,8 @@ import re
 import pytest
 import yaml
 
-from quadpips_drake.config import load_config, robot_defaults_layer
+from quadpips_drake.configuration.layers import robot_defaults_layer
+from quadpips_drake.configuration.loading import load_config
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig
 from tests.source_tree import ROOT
 

@@ -7,7 +7,7 @@ import tracemalloc
 
 import pytest
 
-from quadpips_drake.config import read_layer
+from quadpips_drake.configuration.layers import read_layer
 from quadpips_drake.errors import MAX_MESSAGE, UserInputError, shown
 from quadpips_drake.files import MAX_DEPTH, read_json, read_text, write_json
 from quadpips_drake.learning.dataset import read_manifest

@@ -13,7 +13,8 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
-from quadpips_drake.config import load_config, read_layer
+from quadpips_drake.configuration.layers import read_layer
+from quadpips_drake.configuration.loading import load_config
 from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.robots import kinematic_tree as kinematics
 from quadpips_drake.robots.kinematic_tree import KinematicTree

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from quadpips_drake.config import save_config
+from quadpips_drake.configuration.loading import save_config
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.judge import JudgeConfig, TrialJudge, Verdict

@@ -3,7 +3,8 @@
 from dataclasses import fields
 from pathlib import Path
 
-from quadpips_drake.config import ConfigLayer, load_config, override_layer, read_layer, robot_defaults_layer
+from quadpips_drake.configuration.layers import ConfigLayer, override_layer, read_layer, robot_defaults_layer
+from quadpips_drake.configuration.loading import load_config
 from quadpips_drake.errors import unknown_name
 from quadpips_drake.robots.robot_model import robot_names
 

@@ -67,7 +67,7 @@ def perception(
 
     Prints a table and writes scores.json and scores.png into DIR.
     """
-    from quadpips_drake.config import save_config
+    from quadpips_drake.configuration.loading import save_config
 
     options = {"terrain": terrain, "robot": robot, "seed": seed, "duration": duration}
     config = resolve_evaluation_config(options, noise, drift, sets or [])

@@ -1,40 +1,34 @@
 """Layers of configuration: what they make together, and what is said when one is wrong."""
 
 import dataclasses
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import pytest
 
-from quadpips_drake.config import (
-    ConfigLayer,
-    config_keys,
-    load_config,
-    override_layer,
-    read_layer,
-    robot_defaults_layer,
-    save_config,
-)
+from quadpips_drake.configuration.layers import ConfigLayer, override_layer, read_layer, robot_defaults_layer
+from quadpips_drake.configuration.loading import load_config, save_config
+from quadpips_drake.configuration.schema import config_keys, configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import robot_names
 from tests.source_tree import package_modules
 
 
-@dataclass
+@configuration
 class SolverConfig:
     """An inner section."""
 
-    horizon: float = 1.0
+    horizon: float = ranged(1.0, 1e-3, 1000.0)
     """[s]"""
-    knots: int = 20
-    weights: list[float] = field(default_factory=lambda: [1.0, 2.0])
+    knots: int = ranged(20, 1, 100)
+    weights: list[float] = ranged([1.0, 2.0], 0.0, 100.0, lengths=range(10))
     """[-]"""
 
     def __post_init__(self):
-        if not self.horizon > 0:
-            raise UserInputError("horizon must be positive")
+        if self.knots > 20 and self.horizon < 2.0:
+            raise UserInputError("too many knots")
 
 
-@dataclass
+@configuration
 class StagesConfig:
     """A section of sections."""
 
@@ -42,14 +36,23 @@ class StagesConfig:
     swing: SolverConfig = field(default_factory=lambda: SolverConfig(horizon=0.5))
 
 
-@dataclass
+@configuration
+class ChangeConfig:
+    """An item of a list."""
+
+    time: float = ranged(0.0, 0.0, 10.0)
+    """[s]"""
+
+
+@configuration
 class RootConfig:
     """The whole."""
 
-    seed: int = 0
+    seed: int = ranged(0, 0, 1000)
     name: str = "flat"
     fast: bool = False
-    goal: list[float] | None = None
+    goal: list[float] | None = ranged(None, -100.0, 100.0, lengths=(2, 3))
+    changes: list[ChangeConfig] = field(default_factory=list)
     """[m]"""
     stages: StagesConfig = field(default_factory=StagesConfig)
 
@@ -112,9 +115,24 @@ def test_values_are_converted_without_loss(text, value):
         ("stages.mpc=null", ["'stages.mpc' is a section"]),
         ("stages.mpc.horizon.x=3", ["'stages.mpc.horizon' must be a number"]),
         ("stages.mpc.horizon=", ["'stages.mpc.horizon' must be a number"]),
-        ("stages.mpc.horizon=nan", ["'stages.mpc.horizon' must be a number"]),
-        ("stages.mpc.horizon=.nan", ["'stages.mpc.horizon' must be a number"]),
-        ("stages.mpc.horizon=-1", ["stages.mpc: horizon must be positive", "--set stages.mpc.horizon=-1"]),
+        (
+            "stages.mpc.horizon=nan",
+            ["stages.mpc: horizon must be 0.001..1000 s, not nan"],
+        ),
+        ("stages.mpc.horizon=.nan", ["stages.mpc: horizon must be 0.001..1000 s, not nan"]),
+        ("stages.mpc.horizon=.inf", ["stages.mpc: horizon must be 0.001..1000 s, not inf"]),
+        ("stages.mpc.horizon=-1", ["stages.mpc: horizon must be 0.001..1000 s, not -1", "--set stages.mpc.horizon=-1"]),
+        ("stages.mpc.knots=100", ["stages.mpc: too many knots"]),
+        ("stages.mpc.knots='99999999999999999999'", ["knots must be 1..100, not a whole number beyond 64 bits"]),
+        ("stages.mpc.weights=[1, -1]", ["weights[1] must be 0..100, not -1"]),
+        ("stages.mpc.weights=[1,1,1,1,1,1,1,1,1,1]", ["weights must have 0..9 items, not 10"]),
+        ("goal=[1]", ["goal must have 2 or 3 items, not 1"]),
+        ("changes=[{time: 1}, {time: 11}]", ["changes[1]: time must be 0..10 s, not 11", "--set changes="]),
+        ("changes=[{tim: 1}]", ["unknown key 'tim' in 'changes[0]'; did you mean 'time'"]),
+        ("changes=[3]", ["'changes[0]' is a section"]),
+        ("changes={time: 3}", ["'changes' must be a list"]),
+        ("gaol=1", ["did you mean 'goal'?"]),
+        ("start=1", ["unknown key 'start'; known: seed"]),
         ("seed", ["--set 'seed'", "key=value"]),
         ("=3", ["key=value"]),
         ("stages..mpc=3", ["key=value"]),
