@@ -19,6 +19,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.estimation.oracle_state_estimator_system import OracleStateEstimator
 from quadpips_drake.faults.model_errors import ModelErrorConfig, add_payload, set_base_mass
 from quadpips_drake.framework.ports import DiagramBuilder
+from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.contact_sensing import find_contact_geometries, touching_links
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, add_depth_camera, make_intrinsics
@@ -233,8 +234,8 @@ def standing_pose(robot: RobotModel, truth: GroundTruth, x: float, y: float, yaw
     The torso is at nominal height above the mean ground under the feet.
     """
     where = f"start {x:g},{y:g},{yaw:g}"
-    c, s = np.cos(yaw), np.sin(yaw)
-    feet = robot.nominal_footholds_B @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + [x, y, 0.0]
+    heading = yaw_matrix(yaw)
+    feet = robot.nominal_footholds_B @ heading.T + [x, y, 0.0]
     heights = np.asarray(truth.height(feet[:, 0], feet[:, 1]))
     if not np.isfinite(heights).all():
         missing = Leg(int(np.flatnonzero(~np.isfinite(heights))[0])).name
@@ -244,7 +245,7 @@ def standing_pose(robot: RobotModel, truth: GroundTruth, x: float, y: float, yaw
     p_WB = np.array([x, y, heights.mean() + robot.nominal_base_height])
     q = np.empty(len(robot.joint_names))
     for leg in Leg:
-        p_BF = (feet[leg] - p_WB) @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        p_BF = (feet[leg] - p_WB) @ heading
         q[leg.joints], reached = robot.leg_inverse_kinematics_B(leg, p_BF)
         if not reached:
             raise UserInputError(f"{where}: the ground under the foot {leg.name} is out of reach; start on more even ground")

@@ -1,11 +1,10 @@
 """The robot's state, exactly as simulated."""
 
-import numpy as np
-from numba import njit
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.framework import LeafSystem
 
+from quadpips_drake.math.rotations import attitude_from_quaternion
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.contact_sensing import ContactGeometries, foot_contact_forces
 from quadpips_drake.values.legs import NUM_JOINTS
@@ -52,7 +51,7 @@ class OracleStateEstimator(LeafSystem):
     def _calc_state(self, context, output):
         forces = foot_contact_forces(self._contacts.Eval(context), self._geometries)
         state = self._state.Eval(context)
-        rpy, rotation = _attitude(state[:4])
+        rpy, rotation = attitude_from_quaternion(state[:4])
         output.set_value(
             RobotState(
                 stamp=context.get_time(),
@@ -68,20 +67,3 @@ class OracleStateEstimator(LeafSystem):
                 contacts=(forces * forces).sum(axis=1) > self._threshold**2,
             )
         )
-
-
-@njit(cache=True)
-def _attitude(quaternion):
-    """Roll, pitch, yaw (3,) and the rotation matrix (3, 3) of a quaternion w x y z of any length."""
-    w, x, y, z = quaternion / np.sqrt((quaternion * quaternion).sum())
-    rotation = np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )
-    roll, yaw = np.arctan2(rotation[2, 1], rotation[2, 2]), np.arctan2(rotation[1, 0], rotation[0, 0])
-    # The length of the lower row's other two entries keeps precision where asin loses it.
-    pitch = np.arctan2(-rotation[2, 0], np.sqrt(rotation[2, 1] ** 2 + rotation[2, 2] ** 2))
-    return np.array([roll, pitch, yaw]), rotation

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -38,7 +39,7 @@ def drifted_world(stamp: float, seed: int, config: PoseDriftConfig) -> np.ndarra
     direction, signs = generator.uniform(-np.pi, np.pi), generator.choice([-1.0, 1.0], 2)
     yaw = signs[0] * config.yaw_rate * stamp
     X_WO = np.eye(4)
-    X_WO[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    X_WO[:3, :3] = yaw_matrix(yaw)
     X_WO[:2, 3] = config.horizontal_rate * stamp * np.array([np.cos(direction), np.sin(direction)])
     X_WO[2, 3] = signs[1] * config.vertical_rate * stamp
     return X_WO

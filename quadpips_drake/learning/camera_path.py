@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.terrain import pose
 
@@ -66,8 +67,7 @@ def camera_poses(
 def _lean(robot: RobotModel, ground: np.ndarray, x: float, y: float, yaw: float) -> tuple[float, float, float]:
     """Height [m], roll and pitch [rad] of the ground under the four feet; level where feet find none."""
     feet = robot.nominal_footholds_B[:, :2]
-    c, s = math.cos(yaw), math.sin(yaw)
-    at = feet @ np.array([[c, s], [-s, c]]) + [x, y]
+    at = feet @ yaw_matrix(yaw)[:2, :2].T + [x, y]
     heights = heights_below(ground, at)
     if not np.any(np.isfinite(heights)):
         return 0.0, 0.0, 0.0

@@ -51,25 +51,6 @@ def base_pose_above(feet, height, max_tilt):
 
 
 @njit(cache=True)
-def rotation_from_rpy(rpy):
-    """Returns R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
-    cr, sr = np.cos(rpy[0]), np.sin(rpy[0])
-    cp, sp = np.cos(rpy[1]), np.sin(rpy[1])
-    cy, sy = np.cos(rpy[2]), np.sin(rpy[2])
-    R = np.empty((3, 3))
-    R[0, 0], R[0, 1], R[0, 2] = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
-    R[1, 0], R[1, 1], R[1, 2] = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
-    R[2, 0], R[2, 1], R[2, 2] = -sp, cp * sr, cp * cr
-    return R
-
-
-@njit(cache=True)
-def wrap_angle(angle):
-    """Returns ``angle`` [rad] in (-pi, pi]."""
-    return np.pi - (np.pi - angle) % (2.0 * np.pi)
-
-
-@njit(cache=True)
 def to_frame(R, origin, x, y, z):
     """Returns the coordinates of the point (x, y, z) in the frame with axes ``R`` (3, 3) at ``origin`` (3,).
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.values.legs import Leg
@@ -42,7 +43,7 @@ def _distance_to_plane(region: PlanarRegion, center: np.ndarray, radius: float) 
 def flat_region(region_id: int, center: np.ndarray, half_x: float, half_y: float, yaw: float = 0.0) -> PlanarRegion:
     """Returns a level rectangle around ``center`` (3,) whose inset is all of it."""
     X_WR = np.eye(4)
-    X_WR[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+    X_WR[:3, :3] = yaw_matrix(yaw)
     X_WR[:3, 3] = center
     corners = np.array([[-half_x, -half_y], [half_x, -half_y], [half_x, half_y], [-half_x, half_y]])
     return PlanarRegion(region_id, X_WR, corners, corners)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 
@@ -18,8 +19,7 @@ def problem_with_start(terrain: Terrain, footprint=None, max_step: float = 0.25)
     """
     footprint = DEFAULT_FOOTPRINT if footprint is None else np.asarray(footprint, float)
     x, y, yaw = terrain.start
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    points = np.array([x, y]) + footprint @ np.array([[cos, sin], [-sin, cos]])
+    points = np.array([x, y]) + footprint @ yaw_matrix(yaw)[:2, :2].T
     truth = GroundTruth(terrain)
     where = f"start ({x:g}, {y:g}) of terrain '{terrain.name}'"
     for px, py in points:

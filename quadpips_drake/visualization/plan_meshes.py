@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from quadpips_drake.math.rotations import rotation_from_rpy, yaw_matrix
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.centroidal import CentroidalState
@@ -112,7 +113,7 @@ def course_mesh(terrain: Terrain, goal_tolerance: float = 0.30) -> ColorMesh:
     x, y, yaw = terrain.start
     arrow = np.array([[0.0, -0.04], [0.3, -0.04], [0.3, 0.04], [0.0, 0.04]])
     head = np.array([[0.3, -0.11], [0.5, 0.0], [0.3, 0.11]])
-    rotation = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    rotation = yaw_matrix(yaw)[:2, :2]
     for part in (arrow, head):
         mesh.add_polygon(_on_ground(truth, np.array([x, y]) + part @ rotation.T), START_COLOR)
     angle = np.linspace(0, 2 * np.pi, 49)
@@ -138,13 +139,5 @@ def _on_ground(truth: GroundTruth, xy: np.ndarray) -> np.ndarray:
 def _foot_at(reference: WholeBodyReference, robot, leg: Leg, time: float) -> np.ndarray:
     """Centre of a foot in W [m] in the reference at ``time``, by forward kinematics."""
     state = np.array([np.interp(time, reference.times, column) for column in reference.states.T])
-    roll, pitch, yaw = state[CentroidalState.ORIENTATION]
-    cr, sr, cp, sp, cy, sy = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
-    R_WB = np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
+    R_WB = rotation_from_rpy(state[CentroidalState.ORIENTATION])
     return state[CentroidalState.POSITION] + R_WB @ robot.foot_positions_B(state[CentroidalState.JOINTS])[leg]

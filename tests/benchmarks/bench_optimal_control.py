@@ -22,7 +22,7 @@ from pydrake.solvers import ClarabelSolver
 from quadpips_drake.control.mpc.real_time_iteration import MpcConfig, MpcMemory, RealTimeIteration
 from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory
 from quadpips_drake.gaits.gaits import load_gait
-from quadpips_drake.math.small_algebra import roll_pitch_yaw_rotation
+from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
@@ -88,7 +88,7 @@ def situations(robot):
                 stamp=state.stamp + PERIOD,
                 p_WB=sample.p_WB,
                 rpy_WB=sample.rpy_WB,
-                R_WB=roll_pitch_yaw_rotation(sample.rpy_WB)[0],
+                R_WB=rotation_from_rpy(sample.rpy_WB),
                 v_WB=sample.v_WB,
                 w_WB=sample.w_WB,
                 joint_positions=sample.joints,

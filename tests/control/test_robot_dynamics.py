@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from quadpips_drake.control.whole_body.robot_dynamics import RobotDynamics
-from quadpips_drake.control.whole_body.whole_body_targets import rotation_matrix
 from quadpips_drake.math.constants import GRAVITY
+from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.standing import standing_state
 from tests.control.plant_dynamics import PlantDynamics
@@ -19,7 +19,7 @@ def _moving(robot):
     return replace(
         standing_state(robot),
         rpy_WB=rpy,
-        R_WB=rotation_matrix(rpy),
+        R_WB=rotation_from_rpy(rpy),
         v_WB=rng.normal(size=3),
         w_WB=rng.normal(size=3),
         joint_positions=np.array(robot.nominal_joints) + 0.2 * rng.normal(size=12),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.control.references.ground_plane import GroundPlane, fitted_plane
-from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory, advance, wrapped
+from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory, advance
 from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
@@ -63,7 +63,6 @@ def test_advance_goes_round_a_circle():
     for _ in range(100):
         pose = advance(pose, np.array([0.5, 0.0, 1.0]), 2.0 * np.pi / 100)
     assert pose == pytest.approx([0.0, 0.0, 2.0 * np.pi], abs=1e-9)
-    assert wrapped(3.5) == pytest.approx(3.5 - 2.0 * np.pi)
 
 
 def test_a_command_beyond_the_legs_reach_is_scaled_down():

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from quadpips_drake.math.angles import wrap_angle
+from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.stance_transitions import (
     cost_rate,
@@ -11,7 +13,7 @@ from quadpips_drake.planning.footholds.stance_transitions import (
     pose_of_stance_legs,
     support_distance,
 )
-from quadpips_drake.planning.nominal_pose import base_pose_above, rotation_from_rpy, to_frame, wrap_angle
+from quadpips_drake.planning.nominal_pose import base_pose_above, to_frame
 from quadpips_drake.planning.region_table import foothold_near, make_region_table
 from quadpips_drake.robots.reachability import in_leg_workspace, inside_superquadric, leg_chains
 from quadpips_drake.robots.robot_model import load_robot

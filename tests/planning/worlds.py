@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from quadpips_drake.math.constants import GRAVITY
+from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.planning.nominal_pose import rotation_from_rpy
 from quadpips_drake.planning.torso.torso_search import search_torso_path
@@ -86,7 +87,7 @@ def winding_beam(half_width=0.35) -> RegionSet:
 
 def standing_state(robot, x=0.0, y=0.0, yaw=0.0, z=0.0, stamp=0.0) -> RobotState:
     """The robot at rest in its nominal stance on ground of height ``z``."""
-    R_WB = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+    R_WB = yaw_matrix(yaw)
     return RobotState(
         stamp=stamp,
         p_WB=np.array([x, y, z + robot.nominal_base_height]),

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quadpips_drake.control.whole_body.whole_body_targets import rotation_matrix
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.supervision.safety import SafetyConfig, SafetyMemory, fall_reason, height_above_feet, watch
@@ -21,7 +21,7 @@ REST = standing_state(ROBOT)
 
 def _tilted(roll):
     rpy = np.array([roll, 0.0, 0.0])
-    return replace(REST, rpy_WB=rpy, R_WB=rotation_matrix(rpy))
+    return replace(REST, rpy_WB=rpy, R_WB=rotation_from_rpy(rpy))
 
 
 def _watch(state, seconds, memory=None, config=None):

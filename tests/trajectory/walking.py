@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.trajectory.ocp.tracking_task import TrackingTask
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingSpline
 from quadpips_drake.values.centroidal import CentroidalState as State
@@ -15,7 +16,7 @@ DIAGONALS = (Leg.RF, Leg.LH), (Leg.LF, Leg.RH)
 def trot_task(model, num_knots, horizon=1.0, speed=0.3, half_period=0.35, yaw=0.0) -> tuple[np.ndarray, TrackingTask]:
     """A state standing at the origin and the task to trot from there along its heading."""
     heading = np.array([np.cos(yaw), np.sin(yaw), 0.0])
-    turn = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+    turn = yaw_matrix(yaw)
     x0 = model.nominal_state()
     x0[State.YAW] = yaw
     x0[State.POSITION] = turn @ x0[State.POSITION]

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quadpips_drake.math.angles import whole_turns
 from quadpips_drake.math.constants import GRAVITY
+from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.values.centroidal import INPUT_SIZE, CentroidalInput, CentroidalState, centroidal_state
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
@@ -35,8 +37,7 @@ def standing_pose(state: RobotState, robot) -> StandingPose:
     ground = feet[state.contacts, 2].mean() if state.contacts.any() else feet[:, 2].min()
     feet[~state.contacts, 2] = ground
     yaw = float(state.rpy_WB[2])
-    c, s = np.cos(yaw), np.sin(yaw)
-    heading = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    heading = yaw_matrix(yaw)
     feet_H = feet @ heading  # seen in the heading frame, where nominal footholds are comparable
     nominal = robot.nominal_footholds_B
     fore, hind = feet_H[[Leg.LF, Leg.RF]].mean(axis=0), feet_H[[Leg.LH, Leg.RH]].mean(axis=0)
@@ -74,7 +75,7 @@ def sampled_states(reference: WholeBodyReference, times: np.ndarray, yaw: float)
     outside = (times < reference.times[0]) | (times > reference.end_time)
     states[outside, CentroidalState.MOMENTUM] = 0.0
     yaws = states[:, CentroidalState.YAW]
-    yaws += 2.0 * np.pi * np.round((yaw - yaws[0]) / (2.0 * np.pi))
+    yaws += whole_turns(yaw - yaws[0])
     return states
 
 

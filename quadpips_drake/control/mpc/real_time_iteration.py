@@ -9,6 +9,7 @@ from pydrake.solvers import SolverInterface
 from quadpips_drake.control.mpc import mpc_horizon as horizon
 from quadpips_drake.control.mpc import mpc_swings
 from quadpips_drake.control.mpc.mpc_config import MpcConfig
+from quadpips_drake.math.angles import whole_turns
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.optimal_control_problem import OptimalControlProblem, TrackingTask
@@ -163,7 +164,7 @@ class RealTimeIteration:
         useless = np.any(loaded != task.stance, axis=1) | (middle > last.times[-1])
         U[useless, CentroidalInput.FORCES] = task.u_ref[useless, CentroidalInput.FORCES]
         yaw = CentroidalState.YAW
-        X[:, yaw] += 2.0 * np.pi * np.round((x0[yaw] - X[0, yaw]) / (2.0 * np.pi))
+        X[:, yaw] += whole_turns(x0[yaw] - X[0, yaw])
         return X, U
 
 

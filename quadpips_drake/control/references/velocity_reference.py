@@ -12,7 +12,9 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.gaits.gait_timeline import GaitTimeline, standing_timeline
 from quadpips_drake.gaits.gaits import Gait, load_gait
+from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.math.constants import GRAVITY
+from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.values.centroidal import STATE_SIZE, CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
@@ -199,7 +201,7 @@ class VelocityWalk:
         distance = np.sqrt(offset @ offset)
         if distance > self._config.leash:
             offset = offset * self._config.leash / distance
-        turn = np.clip(wrapped(pose[2] - state.rpy_WB[2]), -self._config.yaw_leash, self._config.yaw_leash)
+        turn = np.clip(wrap_angle(pose[2] - state.rpy_WB[2]), -self._config.yaw_leash, self._config.yaw_leash)
         return np.array([*(state.p_WB[:2] + offset), state.rpy_WB[2] + turn])
 
     def _feet(self, state: RobotState) -> np.ndarray:
@@ -301,14 +303,3 @@ def advance(pose: np.ndarray, velocity: np.ndarray, dt) -> np.ndarray:
     chord = dt * np.sinc(half / np.pi)
     x, y = pose[0] + chord * (cos * forward - sin * left), pose[1] + chord * (sin * forward + cos * left)
     return np.stack((x, y, pose[2] + 2.0 * half), axis=-1)
-
-
-def yaw_matrix(yaw: float) -> np.ndarray:
-    """Rotation about z, (3, 3)."""
-    c, s = np.cos(yaw), np.sin(yaw)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def wrapped(angle: float) -> float:
-    """The angle in (-pi, pi] [rad]."""
-    return -((np.pi - angle) % (2.0 * np.pi) - np.pi)

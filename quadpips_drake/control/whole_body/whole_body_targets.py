@@ -5,7 +5,8 @@ from numba import njit
 
 from quadpips_drake.control.whole_body.contact_logic import FootTargets
 from quadpips_drake.control.whole_body.robot_dynamics import DynamicsTerms
-from quadpips_drake.math.small_algebra import inverse_3x3, roll_pitch_yaw_rotation
+from quadpips_drake.math.rotations import rotation_from_rpy
+from quadpips_drake.math.small_algebra import inverse_3x3
 from quadpips_drake.values.legs import NUM_LEGS
 from quadpips_drake.values.mpc_policy import PolicySample
 from quadpips_drake.values.robot_state import RobotState
@@ -15,15 +16,9 @@ _MAX_JOINT_STEP = 0.3
 
 
 @njit(cache=True)
-def rotation_matrix(rpy):
-    """R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
-    return roll_pitch_yaw_rotation(rpy)[0]
-
-
-@njit(cache=True)
 def rotation_error(rpy_desired, R_WB):
     """Small rotation in W that turns ``R_WB`` into the desired attitude [rad], (3,)."""
-    desired = rotation_matrix(rpy_desired)
+    desired = rotation_from_rpy(rpy_desired)
     R = np.empty((3, 3))
     for i in range(3):
         for j in range(3):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from quadpips_drake.gaits.swing_gaits import SwingGait, swing_gait
+from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.stance_transitions import (
     REJECTIONS,
@@ -16,7 +17,7 @@ from quadpips_drake.planning.footholds.stance_transitions import (
     make_transition_model,
     stance_deviation,
 )
-from quadpips_drake.planning.nominal_pose import base_pose_above, wrap_angle
+from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.planning.region_table import make_region_table, may_carry_a_foot
 from quadpips_drake.planning.start_stance import attach_feet
 from quadpips_drake.values.legs import Leg

@@ -9,8 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from quadpips_drake.math.angles import wrap_angle
+from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
-from quadpips_drake.planning.nominal_pose import base_pose_above, rotation_from_rpy, to_frame, wrap_angle
+from quadpips_drake.planning.nominal_pose import base_pose_above, to_frame
 from quadpips_drake.planning.region_table import foothold_near
 from quadpips_drake.robots.reachability import LegChains, in_leg_workspace, inside_superquadric, leg_chains
 from quadpips_drake.values.legs import Leg

@@ -5,7 +5,7 @@ import heapq
 import numpy as np
 from numba import njit
 
-from quadpips_drake.planning.nominal_pose import wrap_angle
+from quadpips_drake.math.angles import wrap_angle
 
 
 @njit(cache=True)

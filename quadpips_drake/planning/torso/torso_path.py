@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from quadpips_drake.planning.nominal_pose import wrap_angle
+from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.torso.support_map import ground_penalty
 
 _FACING = np.pi / 4

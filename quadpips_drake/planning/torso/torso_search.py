@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import StageConfig
-from quadpips_drake.planning.nominal_pose import wrap_angle
+from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.region_table import in_convex_polygon, may_carry_a_foot
 from quadpips_drake.planning.torso.support_map import SupportMap, ground_penalty, make_support_map
 from quadpips_drake.planning.torso.torso_astar import search_lattice

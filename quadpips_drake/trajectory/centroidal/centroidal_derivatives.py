@@ -4,12 +4,11 @@ import numpy as np
 from numba import njit
 
 from quadpips_drake.math.constants import GRAVITY
+from quadpips_drake.math.rotations import roll_pitch_yaw_rates, rotation_derivatives
 from quadpips_drake.math.small_algebra import (
     add,
     cross,
     inverse_3x3,
-    roll_pitch_yaw_rates,
-    roll_pitch_yaw_rotation,
     scale,
     store,
     subtract,
@@ -187,7 +186,7 @@ def dynamics_derivatives(tree, x, u, f, a, b):
     """Writes f(x, u) (24,), A = df/dx (24, 24), B = df/du (24, 24)."""
     a[:, :] = 0.0
     b[:, :] = 0.0
-    rotation, rotation_angles = roll_pitch_yaw_rotation(x[ANGLES:JOINTS])
+    rotation, rotation_angles = rotation_derivatives(x[ANGLES:JOINTS])
     kinematics = link_kinematics(tree, x[JOINTS:])
     twist = base_twist_derivatives(tree, x, u, kinematics, rotation, rotation_angles)
     mass, center, center_jacobian = twist[6], twist[7], twist[8]

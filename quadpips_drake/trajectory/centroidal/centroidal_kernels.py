@@ -11,13 +11,12 @@ import numpy as np
 from numba import njit
 
 from quadpips_drake.math.constants import GRAVITY
+from quadpips_drake.math.rotations import roll_pitch_yaw_rates, rotation_from_rpy
 from quadpips_drake.math.small_algebra import (
     accumulate,
     add,
     cross,
     inverse_3x3,
-    roll_pitch_yaw_rates,
-    roll_pitch_yaw_rotation,
     scale,
     store,
     subtract,
@@ -144,7 +143,7 @@ def momentum_derivatives(tree, axes, origins, coms, inertias, mass, center, cent
 @njit(cache=True)
 def base_velocity_kernel(tree, x, u):
     """Returns v_WB (3,) in W and the angular velocity of the base in B (3,)."""
-    rotation, _ = roll_pitch_yaw_rotation(x[ANGLES:JOINTS])
+    rotation = rotation_from_rpy(x[ANGLES:JOINTS])
     axes, origins, coms, inertias, _ = link_kinematics(tree, x[JOINTS:])
     mass, center, center_jacobian, inertia, joint_momentum = composite_terms(tree, axes, origins, coms, inertias)
     rates = u[JOINT_RATES:]
@@ -160,7 +159,7 @@ def base_velocity_kernel(tree, x, u):
 def dynamics_kernel(tree, x, u):
     """Returns dx/dt = f(x, u), (24,)."""
     out = np.empty(STATE_SIZE)
-    rotation, _ = roll_pitch_yaw_rotation(x[ANGLES:JOINTS])
+    rotation = rotation_from_rpy(x[ANGLES:JOINTS])
     rates, _ = roll_pitch_yaw_rates(x[ANGLES:JOINTS])
     _, _, coms, _, feet = link_kinematics(tree, x[JOINTS:])
     velocity, w = base_velocity_kernel(tree, x, u)

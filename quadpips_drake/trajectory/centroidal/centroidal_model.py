@@ -5,7 +5,7 @@ from numba import njit
 
 from quadpips_drake.errors import unknown_name
 from quadpips_drake.math.constants import GRAVITY
-from quadpips_drake.math.small_algebra import roll_pitch_yaw_rotation
+from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.robots.kinematic_tree import KinematicTree
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.trajectory.centroidal.centroidal_derivatives import knot_derivatives
@@ -39,7 +39,7 @@ def _base_twists(tree, states, inputs):
     twists = np.empty((len(states), 6))
     for k in range(len(states)):
         velocity, w = base_velocity_kernel(tree, states[k], inputs[k])
-        rotation, _ = roll_pitch_yaw_rotation(states[k, ANGLES:JOINTS])
+        rotation = rotation_from_rpy(states[k, ANGLES:JOINTS])
         twists[k, :3] = rotation @ w
         twists[k, 3:] = velocity
     return twists
@@ -91,7 +91,7 @@ class CentroidalModel:
 
     def foot_positions(self, x) -> np.ndarray:
         """Returns the feet's centres in W [m], (4, 3)."""
-        rotation, _ = roll_pitch_yaw_rotation(np.asarray(x[CentroidalState.ORIENTATION], float))
+        rotation = rotation_from_rpy(np.asarray(x[CentroidalState.ORIENTATION], float))
         return x[CentroidalState.POSITION] + self.robot.foot_positions_B(x[CentroidalState.JOINTS]) @ rotation.T
 
     def base_twists(self, states, inputs) -> np.ndarray:
@@ -101,12 +101,12 @@ class CentroidalModel:
     def base_velocity(self, x, u) -> tuple[np.ndarray, np.ndarray]:
         """Returns the base's linear velocity v_WB [m/s] (at its origin) and angular w_WB [rad/s], (3,), both in W."""
         velocity, w = base_velocity_kernel(self.tree, _contiguous(x), _contiguous(u))
-        rotation, _ = roll_pitch_yaw_rotation(np.asarray(x[CentroidalState.ORIENTATION], float))
+        rotation = rotation_from_rpy(np.asarray(x[CentroidalState.ORIENTATION], float))
         return velocity, rotation @ w
 
     def momentum(self, rpy, q, v_WB, w_WB, joint_velocities) -> np.ndarray:
         """Returns [linear momentum, angular momentum about the centre of mass] / mass in W, (6,), from velocities in W."""
-        rotation, _ = roll_pitch_yaw_rotation(np.asarray(rpy, float))
+        rotation = rotation_from_rpy(np.asarray(rpy, float))
         axes, origins, coms, inertias, _ = link_kinematics(self.tree, _contiguous(q))
         mass, center, center_jacobian, inertia, joint_momentum = composite_terms(self.tree, axes, origins, coms, inertias)
         w, rates = rotation.T @ w_WB, np.asarray(joint_velocities, float)
@@ -144,7 +144,7 @@ class CentroidalModel:
 
     def center_of_mass(self, x) -> np.ndarray:
         """Returns the centre of mass in W [m], (3,)."""
-        rotation, _ = roll_pitch_yaw_rotation(np.asarray(x[CentroidalState.ORIENTATION], float))
+        rotation = rotation_from_rpy(np.asarray(x[CentroidalState.ORIENTATION], float))
         _, _, coms, _, _ = link_kinematics(self.tree, _contiguous(x[CentroidalState.JOINTS]))
         return x[CentroidalState.POSITION] + rotation @ (self.tree.link_mass @ coms / self.mass)
 

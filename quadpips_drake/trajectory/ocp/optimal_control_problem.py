@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from quadpips_drake.math.angles import whole_turns
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.solvers.registry import make_solver, solve_program
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
@@ -134,7 +135,7 @@ class OptimalControlProblem:
             raise ValueError(f"this problem has {self.num_knots} knots, the task {task.num_knots}")
         # Yaw may differ by whole turns between measurement, reference and guess; the reference decides.
         x0 = np.array(x0, dtype=float)
-        x0[_YAW] += _whole_turns(task.x_ref[0, _YAW] - x0[_YAW])
+        x0[_YAW] += whole_turns(task.x_ref[0, _YAW] - x0[_YAW])
         if guess is None:
             guess = self.initial_guess(x0, task)
         elif isinstance(guess, tuple):
@@ -142,7 +143,7 @@ class OptimalControlProblem:
         elif not np.array_equal(guess.times, task.times):
             guess = shift_guess(guess, task.times)
         states = np.array(guess.X, dtype=float)
-        states[:, _YAW] += _whole_turns(x0[_YAW] - states[0, _YAW])
+        states[:, _YAW] += whole_turns(x0[_YAW] - states[0, _YAW])
         return states, np.array(guess.U, dtype=float), x0, task
 
     def _approximate(self, arrays, states, inputs, clock):
@@ -222,10 +223,6 @@ class _Clock:
 
 def _size(steps):
     return float(np.sqrt(np.mean(steps * steps)))
-
-
-def _whole_turns(angle):
-    return 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
 
 
 def _parameters(model, config):

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quadpips_drake.math.small_algebra import roll_pitch_yaw_rotation
+from quadpips_drake.math.angles import whole_turns
+from quadpips_drake.math.rotations import body_rates, rotation_from_rpy
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.tracking_task import TrackingTask
 from quadpips_drake.trajectory.swing.ground_profile import ground_profile, region_halfspaces
@@ -79,7 +80,7 @@ def make_swing_task(model: CentroidalModel, x0, setup: SwingSetup, config: Swing
 
 def _reference(model, x0, setup, times, foot_p, stance):
     angles = np.vstack((x0[CentroidalState.ORIENTATION], setup.end.rpy_WB))
-    angles[1, 2] += 2.0 * np.pi * np.round((angles[0, 2] - angles[1, 2]) / (2.0 * np.pi))
+    angles[1, 2] += whole_turns(angles[0, 2] - angles[1, 2])
     p_WB = x0[CentroidalState.POSITION]
     position, velocity = _hermite(p_WB, setup.end.p_WB, setup.start_velocity, setup.end_velocity, times)
     rpy, rpy_rate = _hermite(angles[0], angles[1], np.zeros(3), np.zeros(3), times)
@@ -93,8 +94,7 @@ def _reference(model, x0, setup, times, foot_p, stance):
         guess, failed = leg_angles(model.robot, position[k], rpy[k], foot_p[k], guess)
         reached &= not failed
         x_ref[k, CentroidalState.JOINTS] = guess
-        rotation, _ = roll_pitch_yaw_rotation(rpy[k])
-        x_ref[k, CentroidalState.ANGULAR] = rotation @ inertia @ _body_rates(rpy[k], rpy_rate[k])
+        x_ref[k, CentroidalState.ANGULAR] = rotation_from_rpy(rpy[k]) @ inertia @ body_rates(rpy[k], rpy_rate[k])
     u_ref = np.array([model.gravity_compensation(flags) for flags in stance])
     joint_steps = np.diff(x_ref[:, CentroidalState.JOINTS], axis=0)
     u_ref[:, CentroidalInput.JOINT_VELOCITIES] = joint_steps / np.diff(times)[:, None]
@@ -108,12 +108,6 @@ def _hermite(p0, p1, v0, v1, times):
     d = p1 - p0
     c2, c3 = 3 * d - (2 * v0 + v1) * duration, -2 * d + (v0 + v1) * duration
     return p0 + v0 * duration * s + c2 * s**2 + c3 * s**3, v0 + (2 * c2 * s + 3 * c3 * s**2) / duration
-
-
-def _body_rates(rpy, rate):
-    """Angular velocity in B of roll-pitch-yaw rates."""
-    sr, cr, sp, cp = np.sin(rpy[0]), np.cos(rpy[0]), np.sin(rpy[1]), np.cos(rpy[1])
-    return np.array([rate[0] - sp * rate[2], cr * rate[1] + sr * cp * rate[2], -sr * rate[1] + cr * cp * rate[2]])
 
 
 def _halfspaces(setup, stance, times):

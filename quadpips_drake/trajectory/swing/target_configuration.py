@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.math.small_algebra import roll_pitch_yaw_rotation
+from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import Stance
@@ -52,8 +52,7 @@ def foot_centers(stance: Stance, foot_radius: float) -> np.ndarray:
 
 def leg_angles(robot: RobotModel, p_WB, rpy_WB, feet, guess) -> tuple[np.ndarray, list[Leg]]:
     """Returns the joints (12,) that put the feet at ``feet`` (4, 3) in W, close to ``guess``, and the legs that cannot."""
-    rotation, _ = roll_pitch_yaw_rotation(np.asarray(rpy_WB, dtype=float))
-    feet_b = (feet - p_WB) @ rotation
+    feet_b = (feet - p_WB) @ rotation_from_rpy(np.asarray(rpy_WB, dtype=float))
     joints, failed = np.empty(12), []
     for leg in Leg:
         joints[leg.joints], reached = robot.leg_inverse_kinematics_B(leg, feet_b[leg], guess[leg.joints])
