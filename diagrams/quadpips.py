@@ -135,7 +135,7 @@ class QuadpipsDiagram(Diagram):
         policy = self._eval(self.tracking, "mpc_policy", root_context)
         wbc = self._eval(self.tracking, "wbc_status", root_context)
         safety = self._eval(self.tracking, "safety_status", root_context)
-        feet = state.p_WB + self.robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
+        feet = self.robot.foot_positions_W(state)
         return Observation(
             robot_state=state,
             foot_positions=feet,

@@ -142,7 +142,7 @@ class Walk(Diagram):
         safety = self._eval(self.tracking, "safety_status", root_context)
         return WalkObservation(
             robot_state=state,
-            foot_positions=state.p_WB + self.robot.foot_positions_B(state.joint_positions) @ state.R_WB.T,
+            foot_positions=self.robot.foot_positions_W(state),
             body_touches="base" in self.station.touching_links(root_context),
             reference=self._eval(self.reference, "reference", root_context),
             velocity_command=self._eval(self.command, "velocity_command", root_context),

@@ -27,11 +27,6 @@ class Attachment:
     """False when the region is a patch made up for this foot."""
 
 
-def foot_centers(state, robot) -> np.ndarray:
-    """Returns the measured foot centres in W [m], (4, 3)."""
-    return state.p_WB + robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
-
-
 def _distance_to_plane(region: PlanarRegion, center: np.ndarray, radius: float) -> float:
     """Distance of the foot's sole from the plane of ``region`` [m]; inf when it is not above its boundary."""
     local = region.X_WR[:3, :3].T @ (center - region.center)
@@ -58,7 +53,7 @@ def attach_feet(state, regions, robot) -> list[Attachment]:
     origins = np.array([region.center for region in regions]).reshape(-1, 3)
     radii = np.array([np.linalg.norm(region.boundary, axis=1).max() for region in regions])
     attachments = []
-    for leg, center in zip(Leg, foot_centers(state, robot), strict=True):
+    for leg, center in zip(Leg, robot.foot_positions_W(state), strict=True):
         near = np.flatnonzero(np.hypot(*(origins[:, :2] - center[:2]).T) <= radii)
         distances = [_distance_to_plane(regions[k], center, robot.foot_radius) for k in near]
         nearest = int(np.argmin(distances)) if distances else -1
@@ -66,7 +61,7 @@ def attach_feet(state, regions, robot) -> list[Attachment]:
             region = regions[near[nearest]]
             attachments.append(Attachment(center - robot.foot_radius * region.normal, region, True))
         else:
-            point = center - np.array([0.0, 0.0, robot.foot_radius])
+            point = robot.soles_W(center)
             attachments.append(Attachment(point, flat_region(-1 - int(leg), point, _PATCH / 2, _PATCH / 2), False))
     return attachments
 
@@ -79,7 +74,7 @@ def start_ground(state, robot, margin: float, max_unevenness: float = 0.02) -> P
 
     Returns None when a foot is more than ``max_unevenness`` [m] off their common plane, or the plane is steep.
     """
-    feet = foot_centers(state, robot) - np.array([0.0, 0.0, robot.foot_radius])
+    feet = robot.soles_W(robot.foot_positions_W(state))
     center = feet.mean(axis=0)
     design = np.column_stack([feet[:, :2] - center[:2], np.ones(4)])
     plane, *_ = np.linalg.lstsq(design, feet[:, 2] - center[2], rcond=None)

@@ -21,6 +21,7 @@ from quadpips_drake.robots.kinematic_tree import KinematicTree
 from quadpips_drake.robots.leg_inverse_kinematics import solve_leg
 from quadpips_drake.robots.robot_description import CameraDescription, CameraMount, RobotDescription, mount_camera
 from quadpips_drake.values.legs import JOINTS_PER_LEG, Leg
+from quadpips_drake.values.robot_state import RobotState
 
 JOINT_NAMES = tuple(f"{leg.name}_{joint}" for leg in Leg for joint in ("HAA", "HFE", "KFE"))
 LINK_NAMES = ("base", *(f"{leg.name}_{link}" for leg in Leg for link in ("HIP", "THIGH", "SHANK")))
@@ -103,6 +104,18 @@ class RobotModel:
         """Returns the foot centres in the base frame [m], (4, 3), at joint angles ``q`` (12,)."""
         tree = self.tree
         return kinematics.foot_positions_B(tree.joint_axis, tree.joint_offset, tree.foot_offset, np.asarray(q, float))
+
+    def foot_positions_at(self, p_WB: np.ndarray, R_WB: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Returns the foot centres in W [m], (4, 3), with the base at ``p_WB``, ``R_WB`` and the joints at ``q`` (12,)."""
+        return p_WB + self.foot_positions_B(q) @ R_WB.T
+
+    def foot_positions_W(self, state: RobotState) -> np.ndarray:
+        """Returns the foot centres in W [m], (4, 3), of a measured or estimated state."""
+        return self.foot_positions_at(state.p_WB, state.R_WB, state.joint_positions)
+
+    def soles_W(self, centers: np.ndarray) -> np.ndarray:
+        """Returns the lowest points of feet with these ``centers`` in W [m], (..., 3): where they touch level ground."""
+        return centers - np.array([0.0, 0.0, self.foot_radius])
 
     def foot_jacobians_B(self, q: np.ndarray) -> np.ndarray:
         """Returns the derivative of each foot centre in the base frame by its leg's joints: [leg, xyz, joint]."""

@@ -68,8 +68,8 @@ def tilt(state: RobotState) -> float:
 
 def height_above_feet(state: RobotState, robot) -> float:
     """Height of the base origin above the mean of the foot centres in W [m]."""
-    feet_W = robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
-    return -float(np.mean(feet_W[:, 2]))
+    p_BF_W = robot.foot_positions_at(np.zeros(3), state.R_WB, state.joint_positions)
+    return -float(np.mean(p_BF_W[:, 2]))
 
 
 def fall_reason(state: RobotState, robot, config: SafetyConfig) -> str:
@@ -184,19 +184,15 @@ def _with_contacts(memory: SafetyMemory, state: RobotState, planned: np.ndarray,
     anchors = memory.anchors
     if fresh.any() or not planned.all():
         anchors = np.where(planned[:, None], anchors, np.nan)
-        anchors = np.where(fresh[:, None], _feet(state, robot), anchors)
+        anchors = np.where(fresh[:, None], robot.foot_positions_W(state), anchors)
     missing = planned & ~state.contacts
     return replace(
         memory, anchors=anchors, missing_since=np.where(missing, np.minimum(memory.missing_since, state.stamp), np.inf)
     )
 
 
-def _feet(state: RobotState, robot) -> np.ndarray:
-    return state.p_WB + robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
-
-
 def _slip_reason(memory: SafetyMemory, state: RobotState, robot, config: SafetyConfig) -> str:
-    moved = np.linalg.norm(_feet(state, robot) - memory.anchors, axis=1)
+    moved = np.linalg.norm(robot.foot_positions_W(state) - memory.anchors, axis=1)
     moved = np.where(state.contacts & ~np.isnan(moved), moved, 0.0)
     if moved.max() <= config.max_slip:
         return ""

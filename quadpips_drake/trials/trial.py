@@ -67,7 +67,7 @@ class Trial(SimulatedTrial):
         self.log.append(state, observation.foot_positions, observation.reference, phase=PHASES.index(observation.phase))
         initial = np.linalg.norm(self.start[:2] - np.asarray(self.terrain.goal))
         self.note_progress(state.stamp, 1.0 - self.judge.distance_to_goal(state) / max(initial, 1e-9))
-        bottoms = observation.foot_positions - np.array([0.0, 0.0, self.robot.foot_radius])
+        bottoms = self.robot.soles_W(observation.foot_positions)
         verdict = self.judge(state, bottoms, observation.body_touches)
         if verdict is None and observation.gave_up:
             verdict = Verdict("no_plan", observation.gave_up)

@@ -4,8 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 from quadpips_drake.control.references.walk_command import WalkCommand, check_commands
 from quadpips_drake.diagrams.walk import Walk, WalkConfig
 from quadpips_drake.errors import UserInputError
@@ -102,7 +100,7 @@ class WalkTrial(SimulatedTrial):
             foot_modes=seen.foot_modes,
         )
         self.note_progress(state.stamp, state.stamp / self.config.duration)
-        bottoms = seen.foot_positions - np.array([0.0, 0.0, self.robot.foot_radius])
+        bottoms = self.robot.soles_W(seen.foot_positions)
         return self.judge(state, bottoms, seen.body_touches)
 
     def time_is_up(self) -> Verdict:

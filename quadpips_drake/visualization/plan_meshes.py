@@ -140,4 +140,4 @@ def _foot_at(reference: WholeBodyReference, robot, leg: Leg, time: float) -> np.
     """Centre of a foot in W [m] in the reference at ``time``, by forward kinematics."""
     state = np.array([np.interp(time, reference.times, column) for column in reference.states.T])
     R_WB = rotation_from_rpy(state[CentroidalState.ORIENTATION])
-    return state[CentroidalState.POSITION] + R_WB @ robot.foot_positions_B(state[CentroidalState.JOINTS])[leg]
+    return robot.foot_positions_at(state[CentroidalState.POSITION], R_WB, state[CentroidalState.JOINTS])[leg]

@@ -16,7 +16,7 @@ TROT = np.array([True, False, False, True])
 
 def feet(robot, state):
     """Foot centres in W [m], (4, 3)."""
-    return state.p_WB + robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
+    return robot.foot_positions_W(state)
 
 
 def mid_trot(robot, stance=TROT):

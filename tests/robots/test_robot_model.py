@@ -1,15 +1,19 @@
 """RobotModel against Drake's own kinematics, published figures and itself."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_description import CameraDescription, RobotDescription
 from quadpips_drake.robots.robot_model import load_robot, robot_names
+from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.values.legs import Leg
+from tests.source_tree import ROOT, files
 
 
 @pytest.fixture(scope="module", params=robot_names())
@@ -44,6 +48,26 @@ def test_feet_at_published_places():
         np.testing.assert_allclose(go2.nominal_footholds_B[leg], expected, atol=2.1e-3)
     assert anymal.nominal_base_height == pytest.approx(0.5518 + 0.03, abs=1e-4)
     assert go2.nominal_base_height == pytest.approx(0.342, abs=3e-3)
+
+
+def test_feet_in_the_world_belong_to_the_pose_of_the_base(robot):
+    p_WB, rpy = np.array([1.0, -2.0, 0.7]), np.array([0.1, -0.2, 2.0])
+    X_WB = RigidTransform(RollPitchYaw(rpy), p_WB)
+    state = replace(standing_state(robot), p_WB=p_WB, rpy_WB=rpy, R_WB=X_WB.rotation().matrix())
+    feet = robot.foot_positions_W(state)
+    np.testing.assert_allclose(feet, X_WB.multiply(robot.nominal_footholds_B.T).T, atol=1e-12)
+    np.testing.assert_allclose(feet - robot.soles_W(feet), np.tile([0.0, 0.0, robot.foot_radius], (4, 1)), atol=1e-12)
+    np.testing.assert_allclose(robot.soles_W(feet[2]), robot.soles_W(feet)[2])
+
+
+def test_feet_are_put_into_the_world_in_one_place():
+    elsewhere = [
+        path.relative_to(ROOT).as_posix()
+        for path in files("*.py")
+        if path.relative_to(ROOT).parts[0] in ("quadpips_drake", "diagrams") and path.parent.name != "robots"
+        if "foot_positions_B" in path.read_text(encoding="utf-8")
+    ]
+    assert not elsewhere, "foot_positions_W and foot_positions_at are there for that"
 
 
 def test_kinematics_agree_with_drake(robot):

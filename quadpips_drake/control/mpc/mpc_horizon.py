@@ -33,7 +33,7 @@ def standing_pose(state: RobotState, robot) -> StandingPose:
 
     Feet in the air are taken for where they will find the ground: as low as those that touch it, or as the lowest one.
     """
-    feet = state.p_WB + robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
+    feet = robot.foot_positions_W(state)
     ground = feet[state.contacts, 2].mean() if state.contacts.any() else feet[:, 2].min()
     feet[~state.contacts, 2] = ground
     yaw = float(state.rpy_WB[2])

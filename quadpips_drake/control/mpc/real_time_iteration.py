@@ -126,7 +126,7 @@ class RealTimeIteration:
 
     def _feet(self, state: RobotState, schedule: ContactSchedule, memory: MpcMemory) -> np.ndarray:
         """Feet on the ground: where they are. Feet in the air: where they left it."""
-        measured = state.p_WB + self._robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
+        measured = self._robot.foot_positions_W(state)
         if memory.policy.is_empty:
             return measured
         return np.where(schedule.at(state.stamp)[:, None], measured, memory.feet)

@@ -169,10 +169,10 @@ class VelocityWalk:
 
     def _first(self, state: RobotState, memory: WalkMemory) -> WalkMemory:
         """The memory of a robot that stands: its reference is above its feet."""
-        feet = self._feet(state)
+        feet = self._robot.foot_positions_W(state)
         nominal = self._footholds_B[:, :2].mean(axis=0)
         centre = feet[:, :2].mean(axis=0) - yaw_matrix(state.rpy_WB[2])[:2, :2] @ nominal
-        touched = feet - [0.0, 0.0, self._robot.foot_radius]
+        touched = self._robot.soles_W(feet)
         ground = fitted_plane(touched, centre)
         pose = np.array([*centre, state.rpy_WB[2]])
         return WalkMemory(state.stamp, pose, np.zeros(3), memory.timeline, touched, ground, state.stamp, memory.reference)
@@ -204,16 +204,13 @@ class VelocityWalk:
         turn = np.clip(wrap_angle(pose[2] - state.rpy_WB[2]), -self._config.yaw_leash, self._config.yaw_leash)
         return np.array([*(state.p_WB[:2] + offset), state.rpy_WB[2] + turn])
 
-    def _feet(self, state: RobotState) -> np.ndarray:
-        """Foot centres in W, (4, 3)."""
-        return state.p_WB + self._robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
-
     def _ground(self, memory: WalkMemory, state: RobotState, timeline: GaitTimeline, dt: float):
         """Where the feet touched the ground last (4, 3), and the plane through these points, low-passed."""
         c = self._config
         down = state.contacts & timeline.schedule(state.stamp, state.stamp + 0.1).at(state.stamp)
         radius = self._robot.foot_radius
-        touched = np.where(down[:, None], self._feet(state) - radius * memory.ground.normal, memory.touched)
+        feet = self._robot.foot_positions_W(state)
+        touched = np.where(down[:, None], feet - radius * memory.ground.normal, memory.touched)
         gains = [1.0 - np.exp(-dt / time) if time > 0.0 else 0.0 for time in (c.ground_filter_time, c.slope_filter_time)]
         return touched, memory.ground.improved(touched, state.p_WB[:2], *gains)
 

@@ -64,8 +64,7 @@ class LeggedEgocan(Stage):
         images, state = [getattr(inputs, name) for name in self._image_ports], inputs.robot_state
         X_WB = np.eye(4)
         X_WB[:3, :3], X_WB[:3, 3] = state.R_WB, state.p_WB
-        p_WG = state.p_WB + self._robot.foot_positions_B(state.joint_positions) @ state.R_WB.T
-        p_WG[:, 2] -= self._robot.foot_radius
+        p_WG = self._robot.soles_W(self._robot.foot_positions_W(state))
         return begin_memory(images, float(state.rpy_WB[2]), X_WB, p_WG, self.config)
 
     def update(self, inputs: Inputs, memory: EgocanMemory, time: float) -> EgocanMemory:

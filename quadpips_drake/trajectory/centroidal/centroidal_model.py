@@ -92,7 +92,7 @@ class CentroidalModel:
     def foot_positions(self, x) -> np.ndarray:
         """Returns the feet's centres in W [m], (4, 3)."""
         rotation = rotation_from_rpy(np.asarray(x[CentroidalState.ORIENTATION], float))
-        return x[CentroidalState.POSITION] + self.robot.foot_positions_B(x[CentroidalState.JOINTS]) @ rotation.T
+        return self.robot.foot_positions_at(x[CentroidalState.POSITION], rotation, x[CentroidalState.JOINTS])
 
     def base_twists(self, states, inputs) -> np.ndarray:
         """Returns angular, then linear velocity of the base in W at n points, (n, 6) [rad/s, m/s]."""
