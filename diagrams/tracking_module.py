@@ -88,9 +88,10 @@ class TrackingModule(Diagram):
 
 
 def _make_mpc(robot, config: TrackingConfig, timings) -> CentroidalMpc:
+    early = config.wbc.early_contact_phase
     if config.faults.outage_start:
-        return FailingMpc(robot, config.mpc, config.faults, timings=timings)
-    return CentroidalMpc(robot, config.mpc, timings=timings)
+        return FailingMpc(robot, config.mpc, config.faults, early_contact_phase=early, timings=timings)
+    return CentroidalMpc(robot, config.mpc, early_contact_phase=early, timings=timings)
 
 
 def make_tracking_module(robot, config: TrackingConfig | None = None, timings=None) -> TrackingModule:

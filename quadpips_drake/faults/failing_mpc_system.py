@@ -1,5 +1,6 @@
 """FailingMpc: the centroidal MPC with a solver that gives up now and then."""
 
+from quadpips_drake.control.early_contact import EARLY_CONTACT_PHASE
 from quadpips_drake.control.mpc.centroidal_mpc_system import CentroidalMpc
 from quadpips_drake.control.mpc.mpc_config import MpcConfig
 from quadpips_drake.control.mpc.real_time_iteration import MpcMemory
@@ -30,9 +31,10 @@ class FailingMpc(CentroidalMpc):
         config: MpcConfig | None = None,
         faults: ControlFaultConfig | None = None,
         *,
+        early_contact_phase: float = EARLY_CONTACT_PHASE,
         timings: StageTimings | None = None,
     ):
-        super().__init__(robot, config, timings=timings)
+        super().__init__(robot, config, early_contact_phase=early_contact_phase, timings=timings)
         self._faults = faults or ControlFaultConfig()
         self._solver = FailingSolver()
 

@@ -128,8 +128,11 @@ def test_an_early_touch_bears_load_but_a_late_foot_stays_planned():
     line = SwingSpline(np.zeros(3), np.ones(3), -0.35, 0.15)
     planned = np.array([[True, False, False, True], [True, True, True, True], [True] * 4])
     contacts = np.array([False, True, False, True])
-    corrected = horizon.with_early_contacts(planned, times, contacts, ((), (line,), (line,), ()))
+    swings = ((), (line,), (line,), ())
+    corrected = horizon.with_early_contacts(planned, times, contacts, swings, 0.6)
     assert corrected[0].tolist() == [True, True, False, True]
-    assert (
-        horizon.with_early_contacts(planned, times - 0.2, contacts, ((), (line,), (line,), ())).tolist() == planned.tolist()
-    )
+    earlier = horizon.with_early_contacts(planned, times - 0.2, contacts, swings, 0.6)
+    assert earlier.tolist() == planned.tolist()
+    # 70 % of the swing are over.
+    assert horizon.with_early_contacts(planned, times, contacts, swings, 0.69)[0, 1]
+    assert not horizon.with_early_contacts(planned, times, contacts, swings, 0.71)[0, 1]

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from quadpips_drake.control.references.walk_command import WalkCommand
-from quadpips_drake.diagrams.tracking_module import make_tracking_module
+from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
+from quadpips_drake.diagrams.tracking_module import TrackingConfig, make_tracking_module
+from quadpips_drake.faults.control_faults import ControlFaultConfig
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
 
@@ -15,6 +17,13 @@ def test_ports_have_their_names():
     outputs = [module.get_output_port(i).get_name() for i in range(module.num_output_ports())]
     assert inputs == ["robot_state", "reference", "abort"]
     assert outputs == ["feedforward_torque", "desired_joint_state", "mpc_policy", "wbc_status", "safety_status"]
+
+
+@pytest.mark.parametrize("faults", [ControlFaultConfig(), ControlFaultConfig(outage_start=[1.0])])
+def test_both_controllers_agree_on_early_touch_downs(faults):
+    wbc = WbcConfig(early_contact_phase=0.75)
+    module = make_tracking_module(load_robot("go2"), TrackingConfig(wbc=wbc, faults=faults))
+    assert module.GetSubsystemByName("centroidal_mpc")._mpc._early_contact_phase == 0.75
 
 
 @pytest.mark.parametrize("name", ["anymal_c", "go2"])

@@ -1,5 +1,6 @@
 """CentroidalMpc system: a new policy at 50 Hz."""
 
+from quadpips_drake.control.early_contact import EARLY_CONTACT_PHASE
 from quadpips_drake.control.mpc.mpc_config import MpcConfig
 from quadpips_drake.control.mpc.real_time_iteration import MpcMemory, RealTimeIteration
 from quadpips_drake.framework.stage import Inputs, Stage
@@ -30,9 +31,17 @@ class CentroidalMpc(Stage):
     - mpc_policy: MpcPolicy in absolute time, frame W; empty before the first one. Updated at ``config.rate`` (50 Hz).
     """
 
-    def __init__(self, robot, config: MpcConfig | None = None, *, timings: StageTimings | None = None):
+    def __init__(
+        self,
+        robot,
+        config: MpcConfig | None = None,
+        *,
+        early_contact_phase: float = EARLY_CONTACT_PHASE,
+        timings: StageTimings | None = None,
+    ):
+        """``early_contact_phase``: that of whole-body control [1]."""
         super().__init__("centroidal_mpc", config or MpcConfig(), memory=MpcMemory.empty(), timings=timings)
-        self._mpc = RealTimeIteration(robot, self.config)
+        self._mpc = RealTimeIteration(robot, self.config, early_contact_phase)
         self.declare_input("robot_state", RobotState)
         self.declare_input("reference", WholeBodyReference)
         self.declare_output("mpc_policy", MpcPolicy, lambda memory: memory.policy)

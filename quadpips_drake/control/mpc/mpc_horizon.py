@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quadpips_drake.control.early_contact import counts_as_touchdown
 from quadpips_drake.math.angles import whole_turns
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.math.rotations import yaw_matrix
@@ -13,9 +14,6 @@ from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import NUM_LEGS, Leg
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
-
-_EARLY_PHASE = 0.6
-"""From this part of a swing on a touch counts as touch-down [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +83,9 @@ def interval_stance(schedule: ContactSchedule, times: np.ndarray) -> np.ndarray:
     return schedule.stance[np.searchsorted(schedule.event_times, middle, side="right")]
 
 
-def with_early_contacts(stance: np.ndarray, times: np.ndarray, contacts: np.ndarray, swings: tuple) -> np.ndarray:
+def with_early_contacts(
+    stance: np.ndarray, times: np.ndarray, contacts: np.ndarray, swings: tuple, phase: float
+) -> np.ndarray:
     """The planned stance flags (N, 4), where a foot that touched the ground late in its swing bears load from now on.
 
     The opposite, a foot that is late, stays planned as in stance on purpose: a plan without its force lets the robot sink at
@@ -94,13 +94,13 @@ def with_early_contacts(stance: np.ndarray, times: np.ndarray, contacts: np.ndar
     Args:
         contacts: feet that touch the ground, bool (4,).
         swings: splines of each leg that end after ``times[0]``.
+        phase: part of a swing after which a touch counts as touch-down [1].
     """
     now = times[0]
     middle = 0.5 * (times[:-1] + times[1:])
     corrected = stance.copy()
     for leg in np.flatnonzero(contacts):
         for spline in swings[leg]:
-            early = spline.start_time + _EARLY_PHASE * (spline.end_time - spline.start_time)
-            if early < now < spline.end_time:
+            if counts_as_touchdown(spline, now, phase) and now < spline.end_time:
                 corrected[middle < spline.end_time, leg] = True
     return corrected

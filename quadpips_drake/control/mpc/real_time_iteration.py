@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydrake.solvers import SolverInterface
 
+from quadpips_drake.control.early_contact import EARLY_CONTACT_PHASE
 from quadpips_drake.control.mpc import mpc_horizon as horizon
 from quadpips_drake.control.mpc import mpc_swings
 from quadpips_drake.control.mpc.mpc_config import MpcConfig
@@ -51,8 +52,8 @@ class RealTimeIteration:
     the previous solution, shifted in time, by one SQP iteration (a real-time iteration: M. Diehl et al., 2005).
     """
 
-    def __init__(self, robot, config: MpcConfig | None = None):
-        self._robot = robot
+    def __init__(self, robot, config: MpcConfig | None = None, early_contact_phase: float = EARLY_CONTACT_PHASE):
+        self._robot, self._early_contact_phase = robot, early_contact_phase
         self._config = config or MpcConfig()
         self._offsets = self._config.knots()
         self._model = CentroidalModel(robot, self._config.ocp.model)
@@ -100,7 +101,7 @@ class RealTimeIteration:
         times = now + self._offsets
         swings = self._swings.plan(schedule, footholds, feet, normals, now, times[-1], last.swings)
         stance = horizon.interval_stance(schedule, times)
-        stance = horizon.with_early_contacts(stance, times, state.contacts, swings)
+        stance = horizon.with_early_contacts(stance, times, state.contacts, swings, self._early_contact_phase)
         task = self._task(times, state, reference, standing, stance, swings, feet, normals, footholds)
         x0 = self._model.state_from_robot_state(state)
         solution = self._problem.iterate(x0, task, self._guess(x0, task, last), solver)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quadpips_drake.control.early_contact import counts_as_touchdown
 from quadpips_drake.values.legs import NUM_LEGS
 from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.robot_state import RobotState
@@ -46,7 +47,7 @@ def foot_mode(planned_down: bool, sensed: bool, last: int, spline, time: float, 
         # Once down, a foot stays in stance until its next swing: a touch-down bounces, and a foot unloaded for a while
         # has to be loaded again, not taken out of the plan.
         return FootMode.STANCE if sensed or last == _STANCE else FootMode.SEARCH
-    if sensed and spline is not None and time > spline.start_time + early_phase * (spline.end_time - spline.start_time):
+    if sensed and spline is not None and counts_as_touchdown(spline, time, early_phase):
         return FootMode.EARLY
     return FootMode.SWING
 

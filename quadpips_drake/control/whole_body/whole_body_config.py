@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from quadpips_drake.control.early_contact import EARLY_CONTACT_PHASE
 from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.framework.stage_config import StageConfig
 
@@ -42,8 +43,8 @@ class WbcConfig(StageConfig):
     """How fast a foot that misses its ground is lowered [m/s]."""
     search_depth: float = 0.12
     """How far below its foothold it is lowered at most [m]."""
-    early_contact_phase: float = 0.6
-    """From this part of a swing on a touch counts as touch-down [1]."""
+    early_contact_phase: float = EARLY_CONTACT_PHASE
+    """From this part of a swing on a touch counts as touch-down [1], for the MPC as well."""
     base_weight: float = 1.0
     """Of errors of the base's acceleration [s^4/m^2, s^4/rad^2]."""
     stance_weight: float = 500.0
