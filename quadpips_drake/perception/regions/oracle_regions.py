@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.framework.stage_config import OnDemandStageConfig
+from quadpips_drake.perception.regions.region_source_config import RegionSourceConfig
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.regions import PlanarRegion
@@ -16,17 +16,13 @@ _MAX_SPLITS = 3
 
 
 @dataclass
-class OracleRegionConfig(OnDemandStageConfig):
+class OracleRegionConfig(RegionSourceConfig):
     """Parameters of the regions from ground truth."""
 
     rate: float = 20.0
     """How often regions are put out [Hz]; 0: whenever they are read."""
     cell: float = 0.15
     """Wanted side of an inset [m]; faces are cut into cells of about this size."""
-    margin: float = 0.015
-    """A foot sphere stays at least this far from every edge, beside its radius [m]."""
-    min_radius: float = 0.015
-    """Least radius around the centre of an inset, where a foot's centre may go [m]."""
     radius: float = 1.9
     """Regions whose centre is within this distance of the base (xy) are known [m]."""
 
@@ -34,8 +30,6 @@ class OracleRegionConfig(OnDemandStageConfig):
         super().__post_init__()
         if self.cell < 0.02 or self.radius <= 0:
             raise UserInputError(f"oracle regions: need cell >= 0.02 m and radius > 0, got {self.cell} and {self.radius}")
-        if min(self.margin, self.min_radius) < 0:
-            raise UserInputError("oracle regions: margin and min_radius must not be negative")
 
 
 def regions_from_terrain(terrain: Terrain, foot_radius: float, config: OracleRegionConfig) -> tuple[PlanarRegion, ...]:

@@ -6,24 +6,20 @@ import cv2
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.framework.stage_config import OnDemandStageConfig
 from quadpips_drake.perception.regions import region_kernels as kernels
+from quadpips_drake.perception.regions.region_source_config import RegionSourceConfig
 from quadpips_drake.values.images import SuperpixelImage
 from quadpips_drake.values.regions import PlanarRegion, RegionSet
 
 
 @dataclass
-class RegionConfig(OnDemandStageConfig):
+class RegionConfig(RegionSourceConfig):
     """Parameters of the region extraction."""
 
     rate: float = 0.0
     """How often regions are extracted [Hz]; 0: whenever they are read (the superpixels set the rate)."""
-    margin: float = 0.015
-    """A foot sphere stays at least this far from every edge, beside its radius [m]."""
     overlap: float = 0.03
     """Insets reach this far beyond their superpixel where there is ground, so that no gaps remain between them [m]."""
-    min_radius: float = 0.015
-    """Least radius around the centre of the inset, where a foot's centre may go [m]."""
     max_off_plane: float = 0.02
     """A pixel further than this from a region's plane is not ground of that region [m]."""
     max_speck: int = 2
@@ -33,8 +29,8 @@ class RegionConfig(OnDemandStageConfig):
 
     def __post_init__(self):
         super().__post_init__()
-        if min(self.margin, self.overlap, self.min_radius) < 0 or self.max_off_plane <= 0:
-            raise UserInputError("regions: margin, overlap and min_radius must not be negative, max_off_plane positive")
+        if self.overlap < 0 or self.max_off_plane <= 0:
+            raise UserInputError("regions: overlap must not be negative, max_off_plane positive")
         if not 0 <= self.max_speck <= 10:
             raise UserInputError(f"regions: max_speck must be 0..10 pixels, got {self.max_speck}")
         if self.max_vertices < 3:
