@@ -8,6 +8,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.terrain.terrain import MAX_FRICTION
 
 _DENSITY = 2000.0
 """Of the payload, for its size [kg/m^3]."""
@@ -29,8 +30,8 @@ class ModelErrorConfig:
     """How late commands reach the drives [s]; rounded to steps of the physics."""
 
     def __post_init__(self):
-        if self.friction is not None and not 0.0 < self.friction <= 100.0:
-            raise UserInputError(f"friction must be above 0 and at most 100, not {self.friction}")
+        if self.friction is not None and not 0.0 < self.friction <= MAX_FRICTION:
+            raise UserInputError(f"friction must be above 0 and at most {MAX_FRICTION:g}, not {self.friction}")
         if not (self.payload >= 0.0 and len(self.payload_position) == 3):
             raise UserInputError("payload must not be negative, payload_position three numbers")
         if not 0.1 <= self.base_mass_factor <= 10.0:

@@ -11,7 +11,7 @@ import numpy as np
 
 from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.terrain.stone_setup import read_stone_setup
-from quadpips_drake.terrain.terrain import Box, Terrain, pose
+from quadpips_drake.terrain.terrain import DEFAULT_FRICTION, Box, Terrain, pose
 from quadpips_drake.terrain.terrain_file import read_terrain_file
 from quadpips_drake.values.steppability import Steppability
 
@@ -20,7 +20,7 @@ PLATFORM_THICKNESS = 0.1
 
 def flat(*, seed: int = 0, size: float = 16.0, distance: float = 3.0) -> Terrain:
     """Level ground. It is a square of ``size`` [m]; the goal lies ``distance`` [m] ahead of the start."""
-    return Terrain("flat", (0, 0, 0), (distance, 0), 1.0, (_ground(size),))
+    return Terrain("flat", (0, 0, 0), (distance, 0), DEFAULT_FRICTION, (_ground(size),))
 
 
 def stepping_stones(
@@ -59,7 +59,7 @@ def stepping_stones(
             height = pit_depth + top
             center = (x_first + pitch * row, pitch * (column - 0.5 * (columns - 1)), top - 0.5 * height)
             elements.append(Box(name=f"stone_{row}_{column}", size=(stone_size, stone_size, height), X_WE=pose(center)))
-    return Terrain("stepping_stones", (-1, 0, 0), (pit_length + 1.0, 0), 1.0, tuple(elements))
+    return Terrain("stepping_stones", (-1, 0, 0), (pit_length + 1.0, 0), DEFAULT_FRICTION, tuple(elements))
 
 
 def sparse_stones(
@@ -83,7 +83,7 @@ def sparse_stones(
                 size = (stone_size, stone_size, PLATFORM_THICKNESS)
                 center = (x, y, -0.5 * PLATFORM_THICKNESS)
                 elements.append(Box(name=f"stone_{row}_{column}", size=size, X_WE=pose(center)))
-    return Terrain("sparse_stones", (-half - 1.0, 0, 0), (half + 1.0, 0), 1.0, tuple(elements))
+    return Terrain("sparse_stones", (-half - 1.0, 0, 0), (half + 1.0, 0), DEFAULT_FRICTION, tuple(elements))
 
 
 def ramp_10(*, seed: int = 0, angle: float = 0.175, length: float = 3.0, width: float = 3.0) -> Terrain:
@@ -102,7 +102,7 @@ def ramp_10(*, seed: int = 0, angle: float = 0.175, length: float = 3.0, width: 
         Box(name="ramp", size=size, X_WE=pose((0, 0, 0.5 * climb), (0, -angle, 0))),
         Box(name="platform", size=platform, X_WE=pose((0.5 * run + 1.5, 0, climb))),
     )
-    return Terrain("ramp_10", (round(-0.5 * run - 0.8, 1), 0, 0), (round(0.5 * run + 1.1, 1), 0), 1.0, elements)
+    return Terrain("ramp_10", (round(-0.5 * run - 0.8, 1), 0, 0), (round(0.5 * run + 1.1, 1), 0), DEFAULT_FRICTION, elements)
 
 
 def stairs(*, seed: int = 0, rise: float = 0.05, run: float = 0.20, steps: int = 10, width: float = 3.0) -> Terrain:
@@ -119,7 +119,7 @@ def stairs(*, seed: int = 0, rise: float = 0.05, run: float = 0.20, steps: int =
     # The platform's centre lies `rise / 2` above the last tread's, as in the original world (top 0.525 m at rise 0.05 m).
     end = run * (steps - 0.5)
     elements.append(Box(name="platform", size=(3.0, width, rise), X_WE=pose((end + 1.5, 0, rise * steps))))
-    return Terrain("stairs", (-0.5 * run - 1.1, 0, 0), (end + 1.0, 0), 1.0, tuple(elements))
+    return Terrain("stairs", (-0.5 * run - 1.1, 0, 0), (end + 1.0, 0), DEFAULT_FRICTION, tuple(elements))
 
 
 def slope(*, seed: int = 0, angle: float = 0.2618, length: float = 3.0, width: float = 6.0) -> Terrain:
@@ -144,7 +144,7 @@ def slope(*, seed: int = 0, angle: float = 0.2618, length: float = 3.0, width: f
         ),
         Box(name="down", size=(length, width, PLATFORM_THICKNESS), X_WE=pose(down, (0, angle, 0))),
     )
-    return Terrain("slope", (-0.7, 0, 0), (round(run + 0.5 * top, 2), 0), 1.0, elements)
+    return Terrain("slope", (-0.7, 0, 0), (round(run + 0.5 * top, 2), 0), DEFAULT_FRICTION, elements)
 
 
 def bumps(*, seed: int = 0, height: float = 0.03, size: float = 0.25, length: float = 3.5, width: float = 3.0) -> Terrain:
@@ -166,7 +166,7 @@ def bumps(*, seed: int = 0, height: float = 0.03, size: float = 0.25, length: fl
             top = rng.uniform(-height, height)
             center = (size * (row + 0.5), size * (column + 0.5 - 0.5 * columns), 0.5 * (top - depth))
             elements.append(Box(name=f"column_{row}_{column}", size=(size, size, depth + top), X_WE=pose(center)))
-    return Terrain("bumps", (-0.6, 0, 0), (round(rows * size + 0.7, 2), 0), 1.0, tuple(elements))
+    return Terrain("bumps", (-0.6, 0, 0), (round(rows * size + 0.7, 2), 0), DEFAULT_FRICTION, tuple(elements))
 
 
 GENERATORS = {

@@ -5,11 +5,11 @@ from pathlib import Path
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.files import read_json
-from quadpips_drake.terrain.terrain import Box, Terrain, pose
+from quadpips_drake.terrain.terrain import DEFAULT_FRICTION, Box, Terrain, pose
 from quadpips_drake.terrain.terrain_file import MAX_ELEMENTS
 
 
-def read_stone_setup(path: str | Path, start=None, goal=None, friction: float = 1.0) -> Terrain:
+def read_stone_setup(path: str | Path, start=None, goal=None, friction: float = DEFAULT_FRICTION) -> Terrain:
     """Returns the boxes in the file as a terrain named after it.
 
     Each pose is x, y, z [m], roll, pitch, yaw [rad] of a box's centre, each scale its length, width, height [m]. The format

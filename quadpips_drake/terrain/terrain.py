@@ -16,6 +16,8 @@ MIN_SIZE = 1e-3
 """Smallest edge length or radius of an element [m]."""
 MAX_EXTENT = 1000.0
 """Largest size of an element, and largest distance of one from the origin along an axis [m]."""
+DEFAULT_FRICTION = 1.0
+"""Coulomb coefficient of a terrain that says nothing else [1]."""
 MAX_FRICTION = 100.0
 MAX_TRIANGLES = 50_000
 """Triangles in one mesh."""

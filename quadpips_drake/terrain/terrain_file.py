@@ -15,7 +15,7 @@ import yaml
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.plain_yaml import read_yaml
 from quadpips_drake.terrain.mesh_file import read_obj
-from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Terrain, pose
+from quadpips_drake.terrain.terrain import DEFAULT_FRICTION, Box, Cylinder, Element, Mesh, Terrain, pose
 from quadpips_drake.values.steppability import Steppability
 
 MAX_ELEMENTS = 5000
@@ -99,7 +99,7 @@ class _FileReader:
         if not elements:
             raise self.error("boxes", "no boxes, cylinders or meshes: there is nothing to stand on")
         name = self.text("name", data.get("name", Path(self.path).stem))
-        friction = self.number("friction", data.get("friction", 1.0))
+        friction = self.number("friction", data.get("friction", DEFAULT_FRICTION))
         start, goal = self.vector("start", start, 3), self.vector("goal", goal, 2)
         try:
             return Terrain(name, start, goal, friction, tuple(elements))
