@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from quadpips_drake.math.constants import GRAVITY
-from quadpips_drake.math.rotations import yaw_matrix
+from quadpips_drake.math.rotations import rotation_from_rpy, yaw_matrix
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
-from quadpips_drake.planning.nominal_pose import rotation_from_rpy
 from quadpips_drake.planning.torso.torso_search import search_torso_path
 from quadpips_drake.values.regions import PlanarRegion, RegionSet
 from quadpips_drake.values.robot_state import RobotState
