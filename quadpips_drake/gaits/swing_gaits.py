@@ -2,8 +2,14 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from quadpips_drake.errors import unknown_name
+from quadpips_drake.gaits.gaits import GAITS, Gait
 from quadpips_drake.values.legs import Leg
+
+_DIGITS = 9
+"""Durations are differences of times; rounded to so many digits [s] they are the numbers that were meant."""
 
 
 @dataclass(frozen=True)
@@ -17,26 +23,38 @@ class SwingGait:
     stance_duration: float
 
 
-_TROT = ((Leg.RF, Leg.LH), (Leg.LF, Leg.RH))
-_WALK = ((Leg.LH,), (Leg.LF,), (Leg.RH,), (Leg.RF,))
-
-_GAITS = {
-    gait.name: gait
-    for gait in (
-        SwingGait("standing_trot", _TROT, 0.4, 0.1),
-        SwingGait("slow_trot", _TROT, 0.3, 0.2),
-        SwingGait("standing_walk", _WALK, 0.4, 0.1),
-    )
-}
-
-
 def swing_gait_names() -> tuple[str, ...]:
-    """Returns the names that ``swing_gait`` knows."""
-    return tuple(_GAITS)
+    """Returns the names that ``swing_gait`` knows.
+
+    They are those of the gaits that stand on all feet after every swing phase, and in it on more than one side or end.
+    """
+    return tuple(name for name, gait in GAITS.items() if _swing_phases(gait) is not None)
 
 
 def swing_gait(name: str) -> SwingGait:
-    """Returns the gait called ``name``; raises UserInputError for an unknown one."""
-    if name not in _GAITS:
-        raise unknown_name("planning gait", name, _GAITS)
-    return _GAITS[name]
+    """Returns the gait called ``name`` as swing phases; raises UserInputError for one that is unknown or has none."""
+    found = _swing_phases(GAITS[name]) if name in GAITS else None
+    if found is None:
+        raise unknown_name("planning gait", name, swing_gait_names())
+    return found
+
+
+def _swing_phases(gait: Gait) -> SwingGait | None:
+    """The gait as swing phases; None where its modes are no swings of equal length with equal stances in between.
+
+    Nor is it one where all feet of a side (pace) or an end (bound) swing at once: no base hangs over the feet that remain.
+    """
+    swinging = [tuple(leg for leg in Leg if leg not in down) for down in gait.modes]
+    lengths = np.round(np.diff((0.0, *gait.end_times)), _DIGITS)
+    swings, stances = swinging[::2], swinging[1::2]
+    if len(swings) != len(stances) or any(stances) or not all(_is_carried(legs) for legs in swings):
+        return None
+    if len(set(lengths[::2])) > 1 or len(set(lengths[1::2])) > 1:
+        return None
+    return SwingGait(gait.name, tuple(swings), float(lengths[0]), float(lengths[1]))
+
+
+def _is_carried(swinging: tuple[Leg, ...]) -> bool:
+    """Whether some legs swing, and those that stand are on both sides and at both ends of the robot."""
+    standing = [leg for leg in Leg if leg not in swinging]
+    return len(swinging) > 0 and {leg.side for leg in standing} == {leg.fore for leg in standing} == {1, -1}

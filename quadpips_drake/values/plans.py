@@ -79,9 +79,9 @@ class FootholdPlan(ImmutableValue):
     swing_legs: tuple = ()
     """One tuple of Leg for each swing."""
     gait: str = ""
-    swing_duration: float = 0.4
-    """Time of a swing [s]."""
-    stance_duration: float = 0.1
+    swing_duration: float = 0.0
+    """Time of a swing [s]; 0 in a plan without any, as the next."""
+    stance_duration: float = 0.0
     """Time with all feet down between swings [s]."""
     waypoint: np.ndarray | None = None
     """Torso waypoint that the search aimed at, x, y, z [m], yaw [rad], (4,)."""

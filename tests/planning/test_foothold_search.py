@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.gaits.swing_gaits import swing_gait
+from quadpips_drake.gaits.swing_gaits import swing_gait, swing_gait_names
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.planning.region_table import in_convex_polygon
@@ -83,7 +83,7 @@ def assert_good_stance(stance, nominal, config, robot):
     assert all(robot.leg_inverse_kinematics_B(leg, centers[leg])[1] for leg in Leg)
 
 
-@pytest.mark.parametrize("gait", ["standing_trot", "slow_trot", "standing_walk"])
+@pytest.mark.parametrize("gait", swing_gait_names())
 @pytest.mark.parametrize("name", WORLDS)
 def test_every_stance_keeps_the_constraints(name, gait):
     config = FootholdConfig(gait=gait)

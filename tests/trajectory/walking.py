@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from quadpips_drake.gaits.swing_gaits import swing_gait
 from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.trajectory.ocp.tracking_task import TrackingTask
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingSpline
@@ -56,7 +57,9 @@ def uneven_plan(robot, swings=4, step=0.2, legs=DIAGONALS, regions=(None,) * 4, 
                 feet[leg, 1:] = nominal[leg, 1] + rng.uniform(-0.02, 0.02), rng.uniform(0.0, 0.04)
         base = np.array([feet[:, 0].mean() - nominal[:, 0].mean(), 0.0, height + feet[:, 2].mean()])
         stances.append(Stance(feet.copy(), normals, regions, base, np.zeros(3)))
-    return FootholdPlan(0.0, 1, tuple(stances), tuple(order), "standing_trot", **fields)
+    gait = swing_gait("standing_trot")
+    durations = gait.swing_duration, gait.stance_duration
+    return FootholdPlan(0.0, 1, tuple(stances), tuple(order), gait.name, *durations, **fields)
 
 
 def robot_state_of(model, x) -> RobotState:
