@@ -73,16 +73,12 @@ def full_name(port: InputPort | OutputPort) -> str:
 
 def check_connection(source: OutputPort, target: InputPort) -> None:
     """Raises WiringError unless values of ``source`` may be given to ``target``."""
-    _check_types(f"the output {full_name(source)}", value_type(source), target)
-
-
-def _check_types(source: str, given: type | None, target: InputPort) -> None:
-    wanted = value_type(target)
+    given, wanted = value_type(source), value_type(target)
     # Drake itself compares the types of its own, C++, values; what remains is Python's.
     if given is not None and wanted is not None and not issubclass(given, wanted):
         raise WiringError(
-            f"{source} carries {given.__name__}, which cannot be wired to the input {full_name(target)}: "
-            f"it takes {wanted.__name__}"
+            f"the output {full_name(source)} carries {given.__name__}, which cannot be wired to the input "
+            f"{full_name(target)}: it takes {wanted.__name__}"
         )
 
 
@@ -91,32 +87,35 @@ class DiagramBuilder(framework.DiagramBuilder):
 
     def __init__(self):
         super().__init__()
-        self._exported_inputs: dict[str, type | None] = {}
+        self._exported_inputs: dict[str | int, InputPort] = {}
 
-    def Connect(self, *args, **kwargs):
+    def Connect(self, source: OutputPort, target: InputPort) -> None:
         """As in Drake.
 
         Raises:
             WiringError: the ports' values are of different types; the message names both.
         """
-        ports = list(args) + list(kwargs.values())
-        if len(ports) == 2 and isinstance(ports[0], OutputPort) and isinstance(ports[1], InputPort):
-            check_connection(ports[0], ports[1])
-        super().Connect(*args, **kwargs)
+        check_connection(source, target)
+        super().Connect(source, target)
 
-    def ExportInput(self, input, name=""):
+    def ExportInput(self, input: InputPort, name: str | framework.UseDefaultName = framework.kUseDefaultName):
         """As in Drake."""
-        index = super().ExportInput(input, name) if name else super().ExportInput(input)
-        if name:
-            self._exported_inputs[name] = value_type(input)
+        index = super().ExportInput(input, name)
+        self._exported_inputs[int(index)] = self._exported_inputs[name] = input
         return index
 
-    def ConnectInput(self, diagram_port, input):
+    def ConnectInput(self, diagram_port: str | framework.InputPortIndex, input: InputPort) -> None:
         """As in Drake.
 
         Raises:
-            WiringError: ``input`` takes other values than those to which the diagram's port led before.
+            WiringError: ``input`` takes other values than the input to which the diagram's port led first. They must be of
+                the same type, not only fit: Drake has the diagram's port stand for any one of those that it leads to.
         """
-        if isinstance(diagram_port, str):
-            _check_types(f"the diagram's input {diagram_port}", self._exported_inputs.get(diagram_port), input)
+        first = self._exported_inputs.get(diagram_port if isinstance(diagram_port, str) else int(diagram_port))
+        if first is not None and value_type(first) is not value_type(input):
+            types = [getattr(value_type(port), "__name__", "a vector") for port in (first, input)]
+            raise WiringError(
+                f"one input of the diagram cannot lead to both {full_name(first)}, which takes {types[0]}, and "
+                f"{full_name(input)}, which takes {types[1]}"
+            )
         super().ConnectInput(diagram_port, input)

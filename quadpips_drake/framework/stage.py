@@ -4,7 +4,7 @@ A stage is its ports and one call of its algorithm,
 
     m[k+1] = update(inputs(t_k), m[k], t_k),    t_k = k / rate,
 
-and each output is read off the memory m. With a latency L, outputs show m[k+1] only from t_k + L on, while the stage itself
+and each output is read off the memory m. With a latency L, outputs show m[k+1] only after t_k + L, while the stage itself
 goes on from its newest memory, as a process does that runs beside the others and takes its time. Both are simulated time:
 they are the same on every machine. A stage without a rate has no memory; its outputs are computed when they are read.
 """
@@ -12,10 +12,19 @@ they are the same on every machine. A stage without a rate has no memory; its ou
 import time as clock
 from collections.abc import Callable
 from enum import Enum
+from math import inf
 from typing import Any
 
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import EventStatus, InputPort, LeafSystem, OutputPort
+from pydrake.systems.framework import (
+    AbstractStateIndex,
+    CacheEntry,
+    EventStatus,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+    ValueProducer,
+)
 
 from quadpips_drake.framework.ports import WiringError, declare_input, declare_output, full_name, value_type
 from quadpips_drake.framework.stage_config import StageConfig
@@ -72,7 +81,7 @@ class _Port:
 class Stage(LeafSystem):
     """A system that is its ports and one call of its algorithm; see the head of this file.
 
-    Subclasses declare their ports in the constructor, inputs first, and implement ``update``.
+    Subclasses declare their ports in the constructor, all inputs before the first output, and implement ``update``.
     """
 
     def __init__(
@@ -101,17 +110,21 @@ class Stage(LeafSystem):
         self._label = label or name
         self._ports: dict[str, _Port] = {}
         self._initial = memory
-        self._newest = self._shown = self._late = None
+        self._state: int | None = None
+        """Index of the abstract state that holds the memory or, with a latency, ((time, memory), ...): since when outputs
+        show it, from what they show now on to the newest. None without a rate."""
+        self._on_demand: CacheEntry | None = None
+        """Without a rate: what was computed last."""
         if config.rate > 0.0:
-            self._declare_updates(config, memory, first)
+            self._declare_updates(first)
 
     def update(self, inputs: Inputs, memory: Any, time: float) -> Any:
         """Returns the new memory; the old one itself if there was nothing to do.
 
         Args:
             inputs: values of the input ports by name; the default of an optional one that is not connected.
-            memory: what the last update returned.
-            time: simulated time [s].
+            memory: what the last update returned; without a rate always the first memory.
+            time: simulated time [s]. Without a rate the result must not depend on it: it is kept while the inputs last.
         """
         raise NotImplementedError
 
@@ -121,15 +134,11 @@ class Stage(LeafSystem):
 
     def declare_input(self, name: str, kind: type, *, default=_REQUIRED, example=None) -> InputPort:
         """Declares an input port for values of type ``kind``; with a ``default`` it may stay unconnected."""
-        port = declare_input(self, name, kind, example=example)
-        self._ports[name] = _Port(port, default)
-        return port
+        return self._keep(name, declare_input(self, name, kind, example=example), default)
 
     def declare_vector_input(self, name: str, size: int, *, default=_REQUIRED) -> InputPort:
         """Declares an input port for vectors of ``size`` numbers; with a ``default`` it may stay unconnected."""
-        port = self.DeclareVectorInputPort(name, size)
-        self._ports[name] = _Port(port, default)
-        return port
+        return self._keep(name, self.DeclareVectorInputPort(name, size), default)
 
     def declare_output(self, name: str, kind: type, read: Callable = lambda memory: memory, *, example=None) -> OutputPort:
         """Declares an output port for values of type ``kind``: ``read(memory)``; after all inputs."""
@@ -151,28 +160,43 @@ class Stage(LeafSystem):
 
     def shown_memory(self, context) -> Any:
         """The memory that outputs show in ``context``."""
-        if self._newest is None:
-            return self._computed(self.update, context, self._initial)
-        return context.get_abstract_state(int(self._newest if self._shown is None else self._shown)).get_value()
+        if self._state is None:
+            return self._on_demand.Eval(context)
+        remembered = _read(context, self._state)
+        return remembered if self.config.latency == 0.0 else self._from_shown_on(remembered, context.get_time())[0][1]
 
     def memory_tickets(self) -> set:
-        """Tickets of what the outputs depend on."""
-        if self._newest is None:
-            return {entry.port.ticket() for entry in self._ports.values()}
-        return {self.abstract_state_ticket(self._newest if self._shown is None else self._shown)}
+        """Tickets of what the outputs depend on; after all inputs."""
+        if self._state is not None:
+            state = self.abstract_state_ticket(AbstractStateIndex(self._state))
+            return {state} if self.config.latency == 0.0 else {state, self.time_ticket()}
+        if self._on_demand is None:
+            self._on_demand = self._declare_on_demand()
+        return {self._on_demand.ticket()}
 
-    def _declare_updates(self, config: StageConfig, memory, first: FirstUpdate) -> None:
-        self._newest = self.DeclareAbstractState(AbstractValue.Make(memory))
-        offset = 0.0 if first is FirstUpdate.AT_ONCE else config.period
+    def _keep(self, name: str, port: InputPort, default) -> InputPort:
+        if self._on_demand is not None:  # which would not notice that this input changes
+            raise RuntimeError(f"{self.get_name()}: declare all inputs before the first output, '{name}' too")
+        self._ports[name] = _Port(port, default)
+        return port
+
+    def _declare_on_demand(self) -> CacheEntry:
+        def calculate(context, value):
+            value.set_value(self._timed(self.update, context, self._initial))
+
+        tickets = {entry.port.ticket() for entry in self._ports.values()} or {self.nothing_ticket()}
+        producer = ValueProducer(lambda: AbstractValue.Make(self._initial), calculate)
+        return self.DeclareCacheEntry("memory", producer, tickets)
+
+    def _declare_updates(self, first: FirstUpdate) -> None:
+        memory = self._initial if self.config.latency == 0.0 else ((-inf, self._initial),)
+        self._state = int(self.DeclareAbstractState(AbstractValue.Make(memory)))
         if first is FirstUpdate.AT_INITIALIZATION:
             self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(config.period, offset, self._update)
-        if config.latency > 0.0:
-            self._shown = self.DeclareAbstractState(AbstractValue.Make(memory))
-            self._late = self.DeclareAbstractState(AbstractValue.Make(()))
-            self.DeclarePeriodicUnrestrictedUpdateEvent(config.period, offset + config.latency, self._show)
+        offset = 0.0 if first is FirstUpdate.AT_ONCE else self.config.period
+        self.DeclarePeriodicUnrestrictedUpdateEvent(self.config.period, offset, self._update)
 
-    def _computed(self, function: Callable, context, memory):
+    def _timed(self, function: Callable, context, memory):
         """``function`` called and timed; what it waited for its inputs is theirs."""
         inputs = self.inputs(context)
         start = clock.perf_counter()
@@ -182,29 +206,39 @@ class Stage(LeafSystem):
         return result
 
     def _initialize(self, context, state):
-        memory = self._computed(self.initialize, context, context.get_abstract_state(int(self._newest)).get_value())
-        state.get_mutable_abstract_state(int(self._newest)).set_value(memory)
-        if self._shown is not None:  # there is no time before the first step in which it could be late
-            state.get_mutable_abstract_state(int(self._shown)).set_value(memory)
+        memory = self._timed(self.initialize, context, self._newest(context))
+        # There is no time before the first step in which it could be late.
+        _write(state, self._state, memory if self.config.latency == 0.0 else ((-inf, memory),))
         return EventStatus.Succeeded()
 
     def _update(self, context, state):
-        last = context.get_abstract_state(int(self._newest)).get_value()
-        memory = self._computed(self.update, context, last)
+        last, now = self._newest(context), context.get_time()
+        memory = self._timed(self.update, context, last)
         if memory is not last:
-            state.get_mutable_abstract_state(int(self._newest)).set_value(memory)
-        if self._late is not None:
-            now = context.get_time()
-            late = context.get_abstract_state(int(self._late)).get_value()
-            pending = tuple(entry for entry in late if entry[0] >= now - _SAME_TIME)
-            entries = (*pending, (now + self.config.latency, memory))
-            state.get_mutable_abstract_state(int(self._late)).set_value(entries)
+            if self.config.latency > 0.0:
+                earlier = self._from_shown_on(_read(context, self._state), now)
+                memory = (*earlier, (now + self.config.latency, memory))
+            _write(state, self._state, memory)
         return EventStatus.Succeeded()
 
-    def _show(self, context, state):
-        """Shows the newest result whose time has come."""
-        now = context.get_time()
-        due = [m for release, m in context.get_abstract_state(int(self._late)).get_value() if release <= now + _SAME_TIME]
-        if due:
-            state.get_mutable_abstract_state(int(self._shown)).set_value(due[-1])
-        return EventStatus.Succeeded()
+    def _newest(self, context) -> Any:
+        remembered = _read(context, self._state)
+        return remembered if self.config.latency == 0.0 else remembered[-1][1]
+
+    @staticmethod
+    def _from_shown_on(late: tuple, now: float) -> tuple:
+        """The part of ``late`` that begins with what outputs show at the time ``now``.
+
+        Not by events of their own: of two periodic events that are a rounding error apart, Drake may leave one out.
+        """
+        while len(late) > 1 and late[1][0] < now - _SAME_TIME:
+            late = late[1:]
+        return late
+
+
+def _read(context, index: int) -> Any:
+    return context.get_abstract_state(index).get_value()
+
+
+def _write(state, index: int, value) -> None:
+    state.get_mutable_abstract_state(index).set_value(value)
