@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from quadpips_drake.faults.control_faults import ControlFaultConfig
 from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
 from quadpips_drake.values.whole_body_command import FootMode
 
@@ -10,10 +11,10 @@ _PERIODS = 5
 """Updates in 100 ms at 50 Hz."""
 
 
-def _trot(**mpc):
+def _trot(latency=0.0, **faults):
     config = WalkTrialConfig(velocity=[0.3, 0.0, 0.0], settle_time=0.1, duration=2.2)
-    for name, value in mpc.items():
-        setattr(config.stages.tracking.mpc, name, value)
+    config.stages.tracking.mpc.latency = latency
+    config.stages.tracking.faults = ControlFaultConfig(**faults)
     trial = WalkTrial(config)
     verdict = trial.run()
     return trial, verdict
@@ -21,14 +22,14 @@ def _trot(**mpc):
 
 @pytest.mark.parametrize("fault", [1.0, 1.1])
 def test_a_failing_solver_in_mid_stride(fault):
-    trial, verdict = _trot(fault_start=[fault], fault_duration=0.1)
+    trial, verdict = _trot(outage_start=[fault], outage_duration=0.1)
     assert verdict.reason == "upright", verdict.detail
     assert trial.result().fallbacks["mpc"] == _PERIODS
     assert np.abs(trial.log.arrays()["rpy_WB"][:, :2]).max() < 0.12
 
 
 def test_late_solutions():
-    trial, verdict = _trot(delay=0.02)
+    trial, verdict = _trot(latency=0.02)
     assert verdict.reason == "upright", verdict.detail
     assert np.abs(trial.log.arrays()["rpy_WB"][:, :2]).max() < 0.12
 
