@@ -48,8 +48,8 @@ class Registry:
         Raises:
             UserInputError: the name cannot be used as one on the command line.
         """
-        if not name.replace("-", "_").isidentifier():
-            raise UserInputError(f"a {self.kind} cannot be called {name!r}; use letters, digits and underscores")
+        if not isinstance(name, str) or not name.replace("-", "_").isidentifier():
+            raise UserInputError(f"a {self.kind} cannot be called {name!r}; use a letter, then letters, digits, '_' and '-'")
         self._entries[name] = Entry(factory, config, summary, name)
         return self._entries[name]
 
@@ -65,13 +65,19 @@ class Registry:
         """Returns the entry called ``name``.
 
         Raises:
-            UserInputError: there is none (the message lists those that there are), or its package cannot be imported.
+            UserInputError: there is none (the message lists those that there are), two packages bring one, or its package
+                cannot be imported.
         """
         if name not in self._entries:
-            points = [point for point in self._entry_points() if point.name == name]
+            points = {point.value: point for point in self._entry_points() if point.name == name}
             if not points:
                 raise unknown_name(self.kind, name, self.names())
-            self._entries[name] = replace(self._loaded(points[0]), name=name)
+            if len(points) > 1:
+                places = " and ".join(sorted(points))
+                raise UserInputError(
+                    f"the {self.kind} '{name}' is brought by several packages ({places}); uninstall all but one"
+                )
+            self._entries[name] = replace(self._loaded(*points.values()), name=name)
         return self._entries[name]
 
     def __contains__(self, name: str) -> bool:
@@ -83,7 +89,7 @@ class Registry:
     def _loaded(self, point: metadata.EntryPoint) -> Entry:
         try:
             loaded = point.load()
-        except Exception as error:  # whatever a foreign package does wrong
+        except (Exception, SystemExit) as error:  # whatever a foreign package does wrong
             reason = " ".join(str(error).split()) or type(error).__name__
             raise UserInputError(f"the {self.kind} '{point.name}' ({point.value}) cannot be loaded: {reason}") from None
         if isinstance(loaded, Entry):

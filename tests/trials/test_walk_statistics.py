@@ -136,7 +136,7 @@ def test_results_are_kept_one_by_one_and_bad_files_refused(tmp_path):
     study = run_study({"a": partial(round, 2.7)}, store, {"b": 1}, workers=1, description="rounding")
     assert study.results == load_results(store) == {"a": 3, "b": 1} and not study.failed
     store.write_text("[1")
-    with pytest.raises(UserInputError, match="some.json: .*remove it or choose another --out"):
+    with pytest.raises(UserInputError, match=r"some.json: .*remove it or choose another --out"):
         load_results(store)
 
 
