@@ -12,7 +12,7 @@ from quadpips_drake.control.whole_body.task_space_inverse_dynamics import TaskSp
 from quadpips_drake.control.whole_body.whole_body_assembly import WeightedAssembly
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
 from quadpips_drake.control.whole_body.whole_body_qp import QpSolution, make_whole_body_qp
-from quadpips_drake.control.whole_body.whole_body_tasks import Level, Limits, Task, joint_stops
+from quadpips_drake.control.whole_body.whole_body_tasks import Level, Limits, Task, base_acceleration, joint_stops
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_model import load_robot
@@ -96,6 +96,44 @@ def test_the_compiled_assembly_says_the_same_as_the_tasks(name):
     tasks = control._method.matrices(control.program(state, normals, planned, dynamics, base, forces))
     for ours, expected in zip(compiled, tasks, strict=True):
         np.testing.assert_allclose(ours, expected, atol=1e-9 * np.abs(expected[np.isfinite(expected)]).max())
+
+
+class StillBase(TaskSpaceInverseDynamics):
+    """Has one task more than the class that it derives from: the base shall not accelerate, whatever else is wanted."""
+
+    def program(self, state, normals, targets, dynamics, base, forces):
+        found = super().program(state, normals, targets, dynamics, base, forces)
+        still = Level("still", 1e6, base_acceleration(np.zeros(6)))
+        return replace(found, levels=(*found.levels[:1], still, *found.levels[1:]))
+
+
+@pytest.mark.parametrize("settings", [{}, {"joint_stops": True}, {"method": "hierarchical"}], ids=str)
+def test_a_task_that_is_added_takes_effect(settings):
+    robot = load_robot("go2")
+    state, policy = mid_trot(robot, ALL_DOWN)
+    policy = replace(policy, states=policy.states + 0.05 * np.eye(24)[8])  # the base is to rise by 5 cm
+    for control, rises in ((TaskSpaceInverseDynamics, True), (StillBase, False)):
+        command = control(robot, WbcConfig(**settings)).compute(state, policy, WholeBodyCommand.empty())
+        assert command.success
+        assert (accelerations(robot, state, command)[0][5] > 0.3) == rises
+
+
+def test_the_shortcut_steps_aside_for_any_other_program():
+    robot = load_robot("go2")
+
+    class Heavier(TaskSpaceInverseDynamics):
+        def program(self, *args):
+            found = super().program(*args)
+            return replace(found, levels=tuple(replace(level, weight=1.1 * level.weight) for level in found.levels))
+
+    class Freer(TaskSpaceInverseDynamics):
+        def program(self, *args):
+            found = super().program(*args)
+            return replace(found, limits=replace(found.limits, upper=2.0 * found.limits.upper))
+
+    assert TaskSpaceInverseDynamics(robot)._assembly is not None
+    for other in (StillBase, Heavier, Freer):
+        assert other(robot)._assembly is None
 
 
 def accelerations(robot, state, command):

@@ -1,17 +1,19 @@
 """Whole-body control: joint torques that follow the MPC policy and obey the robot's rigid-body dynamics."""
 
 import time as clock
+from dataclasses import replace
 
 import numpy as np
 
 from quadpips_drake.control.whole_body import whole_body_tasks as tasks
-from quadpips_drake.control.whole_body.contact_logic import foot_targets
+from quadpips_drake.control.whole_body.contact_logic import FootTargets, foot_targets
 from quadpips_drake.control.whole_body.robot_dynamics import RobotDynamics
 from quadpips_drake.control.whole_body.whole_body_assembly import WeightedAssembly
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
 from quadpips_drake.control.whole_body.whole_body_methods import MethodSolution, WholeBodyProgram, make_method
 from quadpips_drake.control.whole_body.whole_body_targets import base_acceleration, joint_targets, redistributed
 from quadpips_drake.math.constants import GRAVITY
+from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.values.legs import NUM_JOINTS, NUM_LEGS
 from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.robot_state import RobotState
@@ -25,6 +27,8 @@ class TaskSpaceInverseDynamics:
     air, joint torque limits, joint stops (optional, soft). Tasks in falling order: stance feet do not accelerate; swing feet
     follow their splines; the base follows the policy's pose and twist; forces are the policy's. The constraints can always
     be met (f = 0 with the joints limp satisfies them), so a failure is a numerical one.
+
+    A class that derives from this one may change ``program``, for instance add a level; every method then solves that.
     """
 
     def __init__(self, robot, config: WbcConfig | None = None):
@@ -32,12 +36,26 @@ class TaskSpaceInverseDynamics:
         self._config = config or WbcConfig()
         self._dynamics = RobotDynamics(robot)
         self._method = make_method(self._config, tasks.NUM_VARIABLES, 6, 5 * NUM_LEGS + NUM_JOINTS, NUM_JOINTS)
-        # The common case has a shortcut; ``program`` says the same in tasks.
-        plain = self._config.method == "weighted" and not self._config.joint_stops
-        self._assembly = WeightedAssembly(robot, self._config) if plain else None
         self._efforts = np.asarray(robot.effort_limits, dtype=float)
         # Forces are two orders of magnitude larger than accelerations: their columns are scaled by the mass for the solver.
         self._scale = np.concatenate((np.ones(tasks.NUM_VELOCITIES), np.full(tasks.NUM_FORCES, robot.mass)))
+        self._assembly = self._shortcut()
+
+    def _shortcut(self) -> WeightedAssembly | None:
+        """The compiled assembly where it says what ``program`` says, else None: then the tasks themselves are solved."""
+        if self._config.method != "weighted" or self._config.joint_stops:
+            return None
+        assembly = WeightedAssembly(self._robot, self._config)
+        moving = 0.1 * np.arange(1.0, 4.0)
+        state = replace(standing_state(self._robot), v_WB=moving, w_WB=-moving)
+        dynamics = self._dynamics.evaluate(state)
+        feet = np.arange(12.0).reshape(NUM_LEGS, 3)
+        modes = np.array([FootMode.STANCE, FootMode.SWING, FootMode.EARLY, FootMode.SEARCH], dtype=int)
+        targets = FootTargets(modes, dynamics.p_WF, dynamics.v_WF, feet)
+        normals, base, forces = np.tile([0.6, 0.0, 0.8], (NUM_LEGS, 1)), np.arange(1.0, 7.0), 10.0 + feet
+        program = self.program(state, normals, targets, dynamics, base, forces)
+        assembled = assembly.matrices(dynamics, targets, base, forces, normals)
+        return assembly if assembly.stands_for(program, self._method.matrices(program), assembled) else None
 
     def compute(self, state: RobotState, policy: MpcPolicy, last: WholeBodyCommand) -> WholeBodyCommand:
         """One tick. ``last`` is the previous result: its solution starts this one, its torque stands in for a failed one."""

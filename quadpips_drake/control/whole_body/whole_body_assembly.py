@@ -1,6 +1,7 @@
 """The weighted program of whole-body control assembled by one compiled function, without the zeros.
 
-``WeightedMethod.solve`` does the same with tasks and is what tests hold this against; the difference is 0.1 ms a tick.
+``WeightedMethod.solve`` does the same with tasks; the difference is 0.1 ms a tick. The program is assembled here only where
+both say the same (``WeightedAssembly.stands_for``), so that a task that is added to it is never lost.
 """
 
 import numpy as np
@@ -8,13 +9,20 @@ from numba import njit
 
 from quadpips_drake.control.whole_body.contact_logic import FootTargets
 from quadpips_drake.control.whole_body.robot_dynamics import NUM_VELOCITIES, DynamicsTerms
+from quadpips_drake.control.whole_body.whole_body_methods import WholeBodyProgram
 from quadpips_drake.control.whole_body.whole_body_tasks import NUM_VARIABLES, pyramid_rows
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.values.legs import NUM_JOINTS, NUM_LEGS
 
+_TOLERANCE = 1e-9
+"""Rounding by which two assemblies of one program may differ, as part of the largest entry [1]."""
+
 
 class WeightedAssembly:
     """From dynamics and wishes to H, g, A, b, C, lower, upper of the weighted program in scaled variables."""
+
+    LEVELS = ("contact", "swing", "base", "forces")
+    """Names of the levels that are assembled."""
 
     def __init__(self, robot, config):
         self._mass = robot.mass
@@ -47,6 +55,25 @@ class WeightedAssembly:
             self._weights,
         )
         return H, g, *_constraints(*terms, normals, contacts, self._efforts, self._friction, self._max_force, self._mass)
+
+    def stands_for(self, program: WholeBodyProgram, matrices: tuple, assembled: tuple) -> bool:
+        """Whether this is another way to say ``program``.
+
+        Args:
+            program: an example with feet on the ground and in the air, so that every level has rows.
+            matrices: H, g, A, b, C, lower, upper that its tasks lead to.
+            assembled: the same from ``matrices`` of this class.
+        """
+        if tuple(level.name for level in program.levels) != self.LEVELS or program.stops is not None:
+            return False
+        return all(_agree(ours, theirs) for ours, theirs in zip(assembled, matrices, strict=True))
+
+
+def _agree(ours: np.ndarray, theirs: np.ndarray) -> bool:
+    if ours.shape != theirs.shape:
+        return False
+    size = np.abs(theirs[np.isfinite(theirs)]).max(initial=0.0)
+    return np.allclose(ours, theirs, rtol=0.0, atol=_TOLERANCE * size)
 
 
 @njit(cache=True)
