@@ -30,16 +30,23 @@ def write_json(path: Path, content: dict) -> None:
     unfinished.replace(path)
 
 
-def read_text(path: str | Path, source: str = "", max_bytes: int = MAX_BYTES) -> str:
-    """Returns the text in the file at ``path``.
+def write_bytes(path: Path, content: bytes) -> None:
+    """Writes ``content`` to ``path`` at once, as ``write_json`` does."""
+    unfinished = Path(path).with_name(f".{Path(path).name}.new")
+    unfinished.write_bytes(content)
+    unfinished.replace(path)
+
+
+def read_bytes(path: str | Path, source: str = "", max_bytes: int = MAX_BYTES) -> bytes:
+    """Returns what is in the file at ``path``.
 
     Args:
-        path: of a regular file of UTF-8 text.
+        path: of a regular file.
         source: what the file is called in messages; its path by default.
         max_bytes: largest size [bytes].
 
     Raises:
-        UserInputError: there is no such file, or it is not a regular file, too large, not readable or not UTF-8 text.
+        UserInputError: there is no such file, or it is not a regular file, too large or not readable.
     """
     source = source or str(path)
     try:
@@ -51,6 +58,17 @@ def read_text(path: str | Path, source: str = "", max_bytes: int = MAX_BYTES) ->
         raise UserInputError(f"{source}: not a regular file")
     if len(data) > max_bytes:
         raise UserInputError(f"{source}: larger than {max_bytes / 1e6:g} MB")
+    return data
+
+
+def read_text(path: str | Path, source: str = "", max_bytes: int = MAX_BYTES) -> str:
+    """Returns the text in the file at ``path``; arguments and errors as those of ``read_bytes``.
+
+    Raises:
+        UserInputError: also when it is not UTF-8 text.
+    """
+    source = source or str(path)
+    data = read_bytes(path, source, max_bytes)
     if b"\0" in data:
         raise UserInputError(f"{source}: not UTF-8 text (it has a NUL byte)")
     try:

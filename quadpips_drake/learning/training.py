@@ -98,8 +98,8 @@ class Trainer:
             raise UserInputError("--init: that model's network has another size than the one to train")
         self.network.load_state_dict(model.network.state_dict())
         self.average.module.load_state_dict(model.network.state_dict())
-        data = model.card.get("data", {}) if isinstance(model.card, dict) else {}
-        self._init = f"a model trained on data seeds {data.get('seeds', 'unknown')}"
+        data = model.card.get("data")
+        self._init = f"a model trained on data seeds {data.get('seeds', 'unknown') if isinstance(data, dict) else 'unknown'}"
 
     def resume(self) -> None:
         """Goes on from the checkpoint in ``out``.

@@ -1,7 +1,11 @@
 """The network, its files, and what it makes of any image."""
 
+import hashlib
 import json
+import os
 import pickle
+import zipfile
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -81,9 +85,33 @@ def change_weights(directory, change):
     )
 
 
-def change_card(directory, sizes):
+def flip_a_bit(directory):
+    data = bytearray((directory / WEIGHTS).read_bytes())
+    data[len(data) // 2] ^= 1
+    (directory / WEIGHTS).write_bytes(data)
+
+
+def compress(directory):
+    with zipfile.ZipFile(directory / WEIGHTS) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(directory / WEIGHTS, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, part in parts.items():
+            archive.writestr(name, part)
+
+
+def sign(directory):
+    """Makes the checksum fit again, as one would who means harm."""
+    if not (directory / WEIGHTS).is_file():
+        return
+    with suppress(OSError, ValueError, TypeError, RecursionError):
+        card = json.loads((directory / CARD).read_text())
+        digest = hashlib.sha256((directory / WEIGHTS).read_bytes()).hexdigest()
+        (directory / CARD).write_text(json.dumps(card | {"sha256": digest}))
+
+
+def change_card(directory, sizes, **others):
     card = json.loads((directory / CARD).read_text())
-    (directory / CARD).write_text(json.dumps(card | {"network": card["network"] | sizes}))
+    (directory / CARD).write_text(json.dumps(card | {"network": card["network"] | sizes} | others))
 
 
 @pytest.mark.parametrize(
@@ -104,6 +132,14 @@ def change_card(directory, sizes):
         lambda d: (d / CARD).write_text("[" * 100_000),
         lambda d: (d / CARD).write_bytes(b"\xff\xfe\x00"),
         lambda d: change_weights(d, lambda tensor: tensor * np.nan),
+        lambda d: change_weights(d, lambda tensor: -1.0 - tensor.abs()),
+        lambda d: change_weights(d, lambda tensor: tensor.to(torch.complex64)),
+        lambda d: change_weights(d, lambda tensor: tensor.to_sparse()),
+        lambda d: change_weights(d, lambda tensor: tensor.int()),
+        lambda d: change_weights(d, lambda tensor: tensor.flatten()[:1].expand(10**9)),
+        lambda d: compress(d),
+        lambda d: os.mkfifo((d / WEIGHTS).with_suffix(".fifo")) or (d / WEIGHTS).with_suffix(".fifo").replace(d / WEIGHTS),
+        lambda d: ((d / CARD).unlink(), (d / CARD).mkdir()),
         lambda d: change_weights(d, lambda tensor: tensor[..., None]),
         lambda d: change_card(d, {"stem": 1000, "widths": [1000] * 3, "blocks": [32] * 3, "expansion": 1000}),
         lambda d: change_card(d, {"blocks": [1000] * 3}),
@@ -114,7 +150,19 @@ def change_card(directory, sizes):
 def test_damaged_models_give_one_line(model, tmp_path, damage):
     save_model(tmp_path, model.network, {})
     damage(tmp_path)
+    sign(tmp_path)
     with pytest.raises(UserInputError, match="quadpips train") as error:
+        load_model(tmp_path)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "damage", [flip_a_bit, lambda d: change_card(d, {}, sha256="0"), lambda d: change_card(d, {}, sha256=None)]
+)
+def test_weights_that_are_not_those_of_the_card_are_refused(model, tmp_path, damage):
+    save_model(tmp_path, model.network, {})
+    damage(tmp_path)
+    with pytest.raises(UserInputError, match="SHA-256") as error:
         load_model(tmp_path)
     assert "\n" not in str(error.value)
 
@@ -123,7 +171,7 @@ def test_a_file_of_weights_that_is_far_too_large_is_not_read(model, tmp_path):
     save_model(tmp_path, model.network, {})
     with (tmp_path / WEIGHTS).open("r+b") as file:
         file.truncate(10**10)  # a sparse file: takes no room
-    with pytest.raises(UserInputError, match="damaged"):
+    with pytest.raises(UserInputError, match="larger than 60 MB"):
         load_model(tmp_path)
 
 

@@ -1,6 +1,8 @@
 """The trained network as a function from depth to labels, and its files."""
 
 import dataclasses
+import hashlib
+import io
 import pickle
 import zipfile
 from contextlib import contextmanager
@@ -11,7 +13,7 @@ import numpy as np
 import torch
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.files import read_json, write_json
+from quadpips_drake.files import read_bytes, read_json, write_bytes, write_json
 from quadpips_drake.perception.steppability.features import MAX_DEPTH, make_features, scaled_intrinsics
 from quadpips_drake.perception.steppability.network import NetworkConfig, SteppabilityNetwork
 from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
@@ -72,10 +74,13 @@ def _one_thread():
 
 
 def save_model(directory: Path, network: SteppabilityNetwork, card: dict) -> None:
-    """Writes weights and card into ``directory``; the configuration of the network goes into the card."""
+    """Writes weights and card into ``directory``; the configuration of the network and a checksum go into the card."""
     state = {key: value.detach().cpu().contiguous() for key, value in network.state_dict().items()}
-    torch.save(state, Path(directory) / WEIGHTS)
-    write_json(Path(directory) / CARD, {"network": dataclasses.asdict(network.config)} | card)
+    weights = io.BytesIO()
+    torch.save(state, weights)
+    write_bytes(Path(directory) / WEIGHTS, weights.getvalue())
+    own = {"network": dataclasses.asdict(network.config), "sha256": hashlib.sha256(weights.getvalue()).hexdigest()}
+    write_json(Path(directory) / CARD, own | card)
 
 
 def load_model(directory: Path | None = None) -> SteppabilityModel:
@@ -97,30 +102,47 @@ _DAMAGE = (
 """What torch raises at files that were damaged, or made to do damage."""
 
 
-def _read_network(config: NetworkConfig, path: Path) -> SteppabilityNetwork:
-    """Returns a network with the weights in ``path``; ValueError and others of _DAMAGE if they are not sound."""
-    if path.stat().st_size > _MAX_BYTES:
-        raise ValueError("too large")
+def _read_network(config: NetworkConfig, weights: bytes) -> SteppabilityNetwork:
+    """Returns a network with these ``weights``; ValueError and others of _DAMAGE if they are not sound."""
+    with zipfile.ZipFile(io.BytesIO(weights)) as archive:
+        # What torch writes is not compressed; what is might unfold to more than there is memory.
+        if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
+            raise ValueError("compressed")
     # Without memory of its own until the weights are there: a card can name a network that no machine can hold.
     with torch.device("meta"):
         network = SteppabilityNetwork(config)
-    state = torch.load(path, weights_only=True, map_location="cpu")
-    # A NaN would be the largest logit and make its class, steppable, of everything.
-    if not all(torch.isfinite(tensor).all() for tensor in state.values()):
-        raise ValueError("not finite")
-    state = {key: tensor.float() if tensor.is_floating_point() else tensor for key, tensor in state.items()}
-    network.load_state_dict(state, assign=True)
+    state = torch.load(io.BytesIO(weights), weights_only=True, map_location="cpu")
+    network.load_state_dict(_sound_state(state, network.state_dict()), assign=True)
     return network
+
+
+def _sound_state(state: dict, expected: dict) -> dict:
+    """Returns ``state`` with the types of the ``expected`` tensors; a ValueError if it does not fit or makes no sense."""
+    if state.keys() != expected.keys() or sum(tensor.numel() for tensor in expected.values()) > _MAX_BYTES:
+        raise ValueError("another network")
+    sound = {}
+    for key, like in expected.items():
+        tensor = state[key]
+        same_kind = tensor.is_floating_point() == like.is_floating_point() and not tensor.is_complex()
+        if tensor.shape != like.shape or not same_kind or tensor.layout != torch.strided:
+            raise ValueError(f"{key} is of another kind")
+        # A NaN would be the largest logit and make its class, steppable, of everything; so would the root of a variance
+        # that is negative.
+        if not torch.isfinite(tensor).all() or (key.endswith("running_var") and (tensor < 0).any()):
+            raise ValueError(f"{key} is not finite")
+        sound[key] = tensor.to(like.dtype)
+    return sound
 
 
 def _read_model(directory: Path) -> SteppabilityModel:
     advice = "give a directory that 'quadpips train' has written"
     try:
-        card = read_json(directory / CARD)
-        network = _read_network(NetworkConfig(**card["network"]), directory / WEIGHTS)
-    except OSError as error:
-        missing = Path(error.filename or directory).name
-        raise UserInputError(f"model {directory}: cannot read {missing}; {advice}") from None
+        card = read_json(directory / CARD, CARD)
+        config = NetworkConfig(**card["network"])
+        weights = read_bytes(directory / WEIGHTS, WEIGHTS, _MAX_BYTES)
+        if card.get("sha256") != hashlib.sha256(weights).hexdigest():
+            raise UserInputError(f"{WEIGHTS} is not the file that {CARD} was written for: its SHA-256 is another one")
+        network = _read_network(config, weights)
     except UserInputError as error:
         raise UserInputError(f"model {directory}: {error}; {advice}") from None
     except _DAMAGE:
