@@ -22,62 +22,87 @@ _SEEDS_APART = 1_000_003
 """Between the seeds of the cameras' noise."""
 
 
-def make_perception_module(
-    robot: RobotModel,
-    intrinsics: CameraIntrinsics,
-    config: PerceptionConfig | None = None,
-    timings: StageTimings | None = None,
-    *,
-    camera: str = "front",
-    further_cameras: Sequence[str] = (),
-    seed: int = 0,
-) -> Diagram:
-    """Returns the diagram "perception".
+class PerceptionModule(Diagram):
+    """From depth images to the planar regions that may carry a foot.
 
     (DepthNoise ->) (SelfFilter ->) NormalEstimator -> LeggedEgocan -> SuperpixelSegmenter -> RegionExtractor; the first two
-    only as far as ``config`` enables them. If it enables the steppability, a SteppabilitySegmenter labels the same images.
-    Each further camera has its own systems up to the egocan, which takes in all of them.
+    are there only as far as the configuration enables them. If it enables the steppability, a
+    SteppabilitySegmenter labels the same images. Each further camera has its own systems up to the egocan, which takes in
+    all of them.
 
-    Args:
-        robot: the one that carries the cameras; with a changed camera pitch, the station's ``robot``.
-        intrinsics: of all depth images.
-        config: of all stages.
-        timings: stopwatch for all stages.
-        camera: name of the first camera among the robot's mounts; the egocan stands there.
-        further_cameras: names of all others.
-        seed: of the depth noise, which differs from camera to camera.
+    .. pydrake_system::
 
-    Input ports:
-        depth_image, and depth_image_<name> for each further camera: ImageDepth32F, as the renderer made it.
-        robot_state: abstract RobotState at the time of the images.
-        labels, labels_<name> (optional; not with the SteppabilitySegmenter): abstract LabelImage; without labels all ground
-            is of UNKNOWN steppability and judged by geometry.
+        name: PerceptionModule
+        input_ports:
+        - robot_state
+        - depth_image
+        - labels (optional)
+        - depth_image_<camera> (one for each of further_cameras)
+        - labels_<camera> (optional)
+        output_ports:
+        - affordance_image
+        - egocan
+        - superpixels
+        - region_set
 
-    Output ports: affordance_image, egocan, superpixels, region_set; of the types named like them.
+    - robot_state: RobotState, frame W, at the time of the images.
+    - depth_image, depth_image_<camera>: ImageDepth32F, as the renderer made it.
+    - labels, labels_<camera> (optional): LabelImage; not there with the SteppabilitySegmenter. Without labels all ground is
+      of UNKNOWN steppability and judged by geometry.
+    - affordance_image: AffordanceImage of the first camera.
+    - egocan: EgocanImage, frame E, of all cameras.
+    - superpixels: SuperpixelImage, frame E.
+    - region_set: RegionSet, frame W.
     """
-    config = config or PerceptionConfig()
-    timings = timings or StageTimings()
-    builder = DiagramBuilder()
-    egocan = builder.AddNamedSystem(
-        "legged_egocan", LeggedEgocan(robot, config.egocan, further_cameras=further_cameras, timings=timings)
-    )
-    superpixels = builder.AddNamedSystem("superpixel_segmenter", SuperpixelSegmenter(config.superpixels, timings=timings))
-    regions = builder.AddNamedSystem("region_extractor", RegionExtractor(robot.foot_radius, config.regions, timings=timings))
-    builder.ExportInput(egocan.GetInputPort("robot_state"), "robot_state")
-    for k, name in enumerate((camera, *further_cameras)):
-        suffix = f"_{name}" if k > 0 else ""
-        eye = _Eye(name, suffix, seed + k * _SEEDS_APART, intrinsics)
-        normals = _add_eye(builder, robot, config, timings, eye)
-        builder.Connect(normals.GetOutputPort("affordance_image"), egocan.GetInputPort("affordance_image" + suffix))
-        if k == 0:
-            builder.ExportOutput(normals.GetOutputPort("affordance_image"), "affordance_image")
-    builder.Connect(egocan.GetOutputPort("egocan"), superpixels.GetInputPort("egocan"))
-    builder.Connect(superpixels.GetOutputPort("superpixels"), regions.GetInputPort("superpixels"))
-    for system, port in ((egocan, "egocan"), (superpixels, "superpixels"), (regions, "region_set")):
-        builder.ExportOutput(system.GetOutputPort(port), port)
-    diagram = builder.Build()
-    diagram.set_name("perception")
-    return diagram
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        intrinsics: CameraIntrinsics,
+        config: PerceptionConfig | None = None,
+        timings: StageTimings | None = None,
+        *,
+        camera: str = "front",
+        further_cameras: Sequence[str] = (),
+        seed: int = 0,
+    ):
+        """
+        Args:
+            robot: the one that carries the cameras; with a changed camera pitch, the station's ``robot``.
+            intrinsics: of all depth images.
+            config: of all stages.
+            timings: stopwatch for all stages.
+            camera: name of the first camera among the robot's mounts; the egocan stands there.
+            further_cameras: names of all others.
+            seed: of the depth noise, which differs from camera to camera.
+        """
+        super().__init__()
+        config = config or PerceptionConfig()
+        timings = timings or StageTimings()
+        builder = DiagramBuilder()
+        egocan = builder.AddNamedSystem(
+            "legged_egocan", LeggedEgocan(robot, config.egocan, further_cameras=further_cameras, timings=timings)
+        )
+        superpixels = builder.AddNamedSystem(
+            "superpixel_segmenter", SuperpixelSegmenter(config.superpixels, timings=timings)
+        )
+        regions = builder.AddNamedSystem(
+            "region_extractor", RegionExtractor(robot.foot_radius, config.regions, timings=timings)
+        )
+        builder.ExportInput(egocan.GetInputPort("robot_state"), "robot_state")
+        for k, name in enumerate((camera, *further_cameras)):
+            suffix = f"_{name}" if k > 0 else ""
+            eye = _Eye(name, suffix, seed + k * _SEEDS_APART, intrinsics)
+            normals = _add_eye(builder, robot, config, timings, eye)
+            builder.Connect(normals.GetOutputPort("affordance_image"), egocan.GetInputPort("affordance_image" + suffix))
+            if k == 0:
+                builder.ExportOutput(normals.GetOutputPort("affordance_image"), "affordance_image")
+        builder.Connect(egocan.GetOutputPort("egocan"), superpixels.GetInputPort("egocan"))
+        builder.Connect(superpixels.GetOutputPort("superpixels"), regions.GetInputPort("superpixels"))
+        for system, port in ((egocan, "egocan"), (superpixels, "superpixels"), (regions, "region_set")):
+            builder.ExportOutput(system.GetOutputPort(port), port)
+        builder.BuildInto(self)
+        self.set_name("perception")
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ class PlanningModule(Diagram):
 
     .. pydrake_system::
 
-        name: planning
+        name: PlanningModule
         input_ports:
         - robot_state
         - region_set
@@ -54,7 +54,7 @@ class PlanningModule(Diagram):
     - region_set: RegionSet, frame W.
     - safety_status (optional): SafetyStatus; while it is unstable the reference is dropped.
     - reference: WholeBodyReference to follow, frame W, absolute times; without samples while there is nothing to follow.
-    - foothold_plan, torso_path, swing_plan: what the stages made of the last request.
+    - foothold_plan, torso_path, swing_plan: FootholdPlan, TorsoPath, SwingPlan: what the stages made of the last request.
     - monitor_status: MonitorStatus, what is going on.
     """
 

@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import Diagram
 
-from quadpips_drake.diagrams.perception_module import make_perception_module
+from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.diagrams.planning_module import PlanningConfig, PlanningModule
 from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.diagrams.tracking_module import TrackingConfig, TrackingModule
@@ -81,6 +81,12 @@ class Observation:
 
 class QuadpipsDiagram(Diagram):
     """Station -> perception -> planning -> tracking -> station.
+
+    .. pydrake_system::
+
+        name: QuadpipsDiagram
+        input_ports: []
+        output_ports: []
 
     Args:
         robot: model of the robot.
@@ -191,7 +197,7 @@ class QuadpipsDiagram(Diagram):
             builder.Connect(robot_state, oracle.GetInputPort("robot_state"))
             return oracle.GetOutputPort("region_set")
         perception = builder.AddSystem(
-            make_perception_module(
+            PerceptionModule(
                 self.robot,
                 self.station.camera_intrinsics,
                 self._config.perception,

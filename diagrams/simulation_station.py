@@ -79,22 +79,22 @@ class SimulationStation(Diagram):
 
     .. pydrake_system::
 
-        name: station
+        name: SimulationStation
         input_ports:
         - feedforward_torque (optional)
         - desired_joint_state (optional)
         - applied_spatial_force (optional)
         output_ports:
-        - plant_state
         - depth_image
         - camera_pose
         - depth_image_<camera> (one for each of further_cameras)
         - camera_pose_<camera> (one for each of further_cameras)
         - robot_state
+        - imu
+        - plant_state
         - joint_torques
         - contact_results
         - query_object
-        - imu
 
     - feedforward_torque: [N m], vector (12,).
     - desired_joint_state: joint positions [rad] and velocities [rad/s], vector (24,).

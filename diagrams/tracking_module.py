@@ -37,7 +37,7 @@ class TrackingModule(Diagram):
 
     .. pydrake_system::
 
-        name: tracking
+        name: TrackingModule
         input_ports:
         - robot_state
         - reference

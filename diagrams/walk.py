@@ -74,7 +74,9 @@ class Walk(Diagram):
 
     .. pydrake_system::
 
-        name: walk
+        name: Walk
+        input_ports: []
+        output_ports: []
 
     Args:
         robot: model of the robot.

@@ -11,7 +11,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from quadpips_drake.diagrams.perception_module import make_perception_module
+from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.terrain.library import load_terrain
@@ -23,7 +23,7 @@ def main(terrain_name: str = "stairs", robot_name: str = "anymal_c", picture: st
     robot, terrain, timings = load_robot(robot_name), load_terrain(terrain_name), StageTimings()
     builder = DiagramBuilder()
     station = builder.AddSystem(make_simulation_station(robot, terrain, StationConfig()))
-    perception = builder.AddSystem(make_perception_module(robot, station.camera_intrinsics, timings=timings))
+    perception = builder.AddSystem(PerceptionModule(robot, station.camera_intrinsics, timings=timings))
     for name in ("depth_image", "robot_state"):
         builder.Connect(station.GetOutputPort(name), perception.GetInputPort(name))
     simulator = Simulator(builder.Build())

@@ -8,7 +8,7 @@ from pydrake.math import RollPitchYaw
 from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.benchmark.perception_scores import PerceptionSample, PerceptionScorer
-from quadpips_drake.diagrams.perception_module import make_perception_module
+from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.diagrams.simulation_station import SimulationStation, standing_pose
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.estimation.pose_drift import drift_state, drifted_world
@@ -106,7 +106,7 @@ def camera_path(config: TrialConfig, terrain, speed: float, timings: StageTiming
     station = SimulationStation(load_robot(config.robot), terrain, stages.station)
     further, intrinsics = stages.station.further_cameras, station.camera_intrinsics
     cameras = {"camera": stages.station.camera_name, "further_cameras": further}
-    perception = make_perception_module(station.robot, intrinsics, stages.perception, timings, **cameras, seed=config.seed)
+    perception = PerceptionModule(station.robot, intrinsics, stages.perception, timings, **cameras, seed=config.seed)
     context, simulator = station.CreateDefaultContext(), Simulator(perception)
     of_perception = simulator.get_mutable_context()
     for k, state in enumerate(swaying_states(station.robot, terrain, speed)):

@@ -69,10 +69,10 @@ def _station(robot, terrain):
 
 
 def _perception(robot, terrain):
-    from quadpips_drake.diagrams.perception_module import make_perception_module
+    from quadpips_drake.diagrams.perception_module import PerceptionModule
     from quadpips_drake.perception.config import PerceptionConfig
 
-    return make_perception_module(robot, _station(robot, terrain).camera_intrinsics, PerceptionConfig())
+    return PerceptionModule(robot, _station(robot, terrain).camera_intrinsics, PerceptionConfig())
 
 
 def _planning(robot, terrain):

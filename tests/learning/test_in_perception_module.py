@@ -1,6 +1,6 @@
 """The network in the diagram of the perception."""
 
-from quadpips_drake.diagrams.perception_module import make_perception_module
+from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.steppability.steppability_config import SteppabilityConfig
 from quadpips_drake.robots.robot_model import load_robot
@@ -9,10 +9,10 @@ from tests.learning.small import SMALL
 
 def test_the_network_replaces_the_input_port_for_labels():
     robot = load_robot("anymal_c")
-    without = make_perception_module(robot, SMALL, PerceptionConfig())
+    without = PerceptionModule(robot, SMALL, PerceptionConfig())
     assert without.HasInputPort("labels") and not without.HasSubsystemNamed("steppability_segmenter")
     config = PerceptionConfig(steppability=SteppabilityConfig(enabled=True))
-    with_network = make_perception_module(robot, SMALL, config)
+    with_network = PerceptionModule(robot, SMALL, config)
     assert not with_network.HasInputPort("labels")
     segmenter = with_network.GetSubsystemByName("steppability_segmenter")
     normals = with_network.GetSubsystemByName("normal_estimator")

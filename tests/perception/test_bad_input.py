@@ -8,7 +8,7 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.sensors import ImageDepth32F
 
-from quadpips_drake.diagrams.perception_module import make_perception_module
+from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.math.polygons import area_and_centroid
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.egocan.egocan import EgocanConfig
@@ -90,7 +90,7 @@ class Perception:
     """The perception module, fed frame by frame."""
 
     def __init__(self):
-        self.module = make_perception_module(ROBOT, SMALL, CONFIG)
+        self.module = PerceptionModule(ROBOT, SMALL, CONFIG)
         self.simulator, self.frames = Simulator(self.module), 0
 
     def show(self, depth, state):

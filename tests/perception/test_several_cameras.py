@@ -7,7 +7,7 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from quadpips_drake.diagrams.perception_module import make_perception_module
+from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception.config import PerceptionConfig
@@ -33,7 +33,7 @@ def look_around(further_cameras, terrain, noise=None):
     builder = DiagramBuilder()
     station = builder.AddSystem(make_simulation_station(load_robot("anymal_c"), terrain, station_config))
     perception = builder.AddSystem(
-        make_perception_module(station.robot, station.camera_intrinsics, config, further_cameras=further_cameras)
+        PerceptionModule(station.robot, station.camera_intrinsics, config, further_cameras=further_cameras)
     )
     for name in ("depth_image", "robot_state", *(f"depth_image_{camera}" for camera in further_cameras)):
         builder.Connect(station.GetOutputPort(name), perception.GetInputPort(name))

@@ -9,7 +9,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import ImageDepth32F
 
-from quadpips_drake.diagrams.perception_module import make_perception_module
+from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
 from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
 from quadpips_drake.perception.regions.oracle_regions_system import OracleRegions
@@ -41,7 +41,7 @@ def states_and_images(robot, frames, spoil=lambda k, depth: depth):
 
 def run_module(robot, frames, spoil=lambda k, depth: depth):
     """Returns the region sets after each frame."""
-    module = make_perception_module(robot, SMALL)
+    module = PerceptionModule(robot, SMALL)
     simulator = Simulator(module)
     context, results = simulator.get_mutable_context(), []
     for k, (state, image) in enumerate(states_and_images(robot, frames, spoil)):
@@ -59,7 +59,7 @@ def test_sees_ground_through_the_rendered_camera(robot_name, terrain_name):
     robot, terrain, timings = load_robot(robot_name), load_terrain(terrain_name), StageTimings()
     builder = DiagramBuilder()
     station = builder.AddSystem(make_simulation_station(robot, terrain, STATION))
-    module = builder.AddSystem(make_perception_module(robot, station.camera_intrinsics, timings=timings))
+    module = builder.AddSystem(PerceptionModule(robot, station.camera_intrinsics, timings=timings))
     for name in ("depth_image", "robot_state"):
         builder.Connect(station.GetOutputPort(name), module.GetInputPort(name))
     diagram = builder.Build()
