@@ -20,7 +20,7 @@ PHASES = ("standing_up", "pausing", "planning", "walking", "recovering", "goal_r
 
 @dataclass
 class MonitorConfig(StageConfig):
-    """When the monitor reacts. What counts as unstable is decided by the safety monitor of the control stage."""
+    """When the monitor reacts. What counts as unstable or at rest is decided by the safety monitor of the control stage."""
 
     rate: float = 10.0
     """How often it looks at everything [Hz] (the authors' release: 10)."""
@@ -45,10 +45,6 @@ class MonitorConfig(StageConfig):
     """A reference is completed when the base is this close to its last position [m] and its time is over."""
     completion_timeout: float = 1.0
     """... or this long after its time is over [s], wherever the base is."""
-    calm_joint_speed: float = 0.5
-    """A robot at rest moves no joint faster than this [rad/s]."""
-    calm_base_speed: float = 0.10
-    """... and its base no faster than this [m/s]."""
 
     def __post_init__(self):
         super().__post_init__()
@@ -92,18 +88,10 @@ class Monitor(ImmutableValue):
     """How long a pause lasts [s]."""
     failing_since: float = np.inf
     """Since when the trajectory stage has reported a failure of this request [s]; inf while it has not."""
-    calm_since: float = np.inf
-    """Since when the robot has been at rest [s]; inf while it is not."""
     replans: int = 0
     aborts: int = 0
     failed_plans: int = 0
     failed_in_a_row: int = 0
-
-
-def is_calm(state: RobotState, config: MonitorConfig) -> bool:
-    """Whether the robot is at rest."""
-    slow = np.abs(state.joint_velocities).max() < config.calm_joint_speed
-    return bool(slow and np.linalg.norm(state.v_WB) < config.calm_base_speed)
 
 
 def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **changes) -> Monitor:
@@ -112,8 +100,6 @@ def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **change
 
 def advance(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     """Returns the monitor's memory after looking at the situation ``now``."""
-    calm_since = min(monitor.calm_since, now.time) if is_calm(now.state, config) else np.inf
-    monitor = replace(monitor, calm_since=calm_since)
     if now.safety.unstable and monitor.phase in ("pausing", "planning", "walking", "goal_reached"):
         return _enter(monitor, "recovering", now.time, now.safety.reason, aborts=monitor.aborts + 1)
     return _STEPS[monitor.phase](monitor, now, config)
@@ -121,7 +107,7 @@ def advance(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
 
 def _standing_up(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     lasted = now.time - monitor.since
-    if lasted >= config.stand_up_timeout or (lasted >= config.stand_up_time and np.isfinite(monitor.calm_since)):
+    if lasted >= config.stand_up_timeout or (lasted >= config.stand_up_time and now.safety.at_rest):
         return _pause(monitor, now, 0.0, "the robot stands", config)
     return monitor
 

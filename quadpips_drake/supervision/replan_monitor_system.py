@@ -49,7 +49,8 @@ class ReplanMonitor(Stage):
       there is none.
     - foothold_plan: FootholdPlan, frame W; a failed one for the request ends it.
     - trajectory_status (optional): StageStatus of the swing optimiser; a failure for the request ends it.
-    - safety_status (optional): SafetyStatus; while it is unstable there is nothing to follow. Missing: always stable.
+    - safety_status (optional): SafetyStatus; while it is unstable there is nothing to follow. Missing: always stable and at
+      rest.
     - plan_request: PlanRequest for the goal, frame W; a new id for each plan, 0 before the first.
     - status: MonitorStatus: phase, reason, counters and the distance to the goal [m].
     - abort: bool; True while the robot recovers, in which time there is nothing to follow.

@@ -149,8 +149,9 @@ def watch(memory: SafetyMemory, state: RobotState, policy: MpcPolicy, robot, con
     memory = _with_contacts(memory, state, policy.schedule.at(now), robot)
     reasons = _signs(memory, state, robot, config)
     onset = np.where([bool(reason) for reason in reasons], np.minimum(memory.onset, now), np.inf)
-    calm_since = min(memory.calm_since, now) if is_calm(state, config) else np.inf
-    memory = replace(memory, onset=onset, calm_since=calm_since, status=replace(memory.status, stamp=now))
+    calm = is_calm(state, config)
+    calm_since = min(memory.calm_since, now) if calm else np.inf
+    memory = replace(memory, onset=onset, calm_since=calm_since, status=replace(memory.status, stamp=now, at_rest=calm))
     if memory.status.unstable:
         if now - calm_since < config.stabilise_time:
             return memory
@@ -163,7 +164,7 @@ def watch(memory: SafetyMemory, state: RobotState, policy: MpcPolicy, robot, con
         return memory
     first = int(lasting[0])
     counts = tuple(count + (i == first) for i, count in enumerate(memory.status.counts))
-    status = SafetyStatus(now, True, SAFETY_EVENTS[first], reasons[first], counts)
+    status = SafetyStatus(now, True, SAFETY_EVENTS[first], reasons[first], counts, calm)
     return replace(memory, status=status, calm_since=np.inf, released=np.inf)
 
 

@@ -23,6 +23,8 @@ class SafetyStatus(ImmutableValue):
     """What was measured then, in words."""
     counts: tuple[int, ...] = (0,) * len(SAFETY_EVENTS)
     """How often each event has made the robot unstable so far."""
+    at_rest: bool = True
+    """Whether the robot is upright and hardly moves at this moment."""
 
     def counts_by_event(self) -> dict[str, int]:
         """The counts by name, those of events that have happened."""

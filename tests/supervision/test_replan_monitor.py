@@ -66,11 +66,11 @@ def moving(**changes):
 
 def test_waits_until_the_robot_stands():
     story = Story()
-    shaking = moving(joint_velocities=np.full(12, 2.0))
-    assert story.goes_on(2.0, state=shaking).phase == "standing_up"
-    assert story.goes_on(0.2, state=REST).phase in ("pausing", "planning")
+    shaking = SafetyStatus(0.0, at_rest=False)
+    assert story.goes_on(2.0, safety=shaking).phase == "standing_up"
+    assert story.goes_on(0.2, safety=SafetyStatus(0.0)).phase in ("pausing", "planning")
     restless = Story()
-    assert restless.goes_on(4.3, state=shaking).phase in ("pausing", "planning")
+    assert restless.goes_on(4.3, safety=shaking).phase in ("pausing", "planning")
 
 
 def test_replans_after_a_completed_reference():

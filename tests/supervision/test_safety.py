@@ -41,6 +41,19 @@ def test_a_standing_robot_is_safe():
     assert height_above_feet(REST, ROBOT) == pytest.approx(ROBOT.nominal_base_height - ROBOT.foot_radius)
 
 
+@pytest.mark.parametrize(
+    ("state", "rests"),
+    [
+        (REST, True),
+        (replace(REST, joint_velocities=np.full(12, 0.6)), False),
+        (replace(REST, v_WB=np.array([0.0, 0.2, 0.0])), False),
+        (_tilted(0.5), False),
+    ],
+)
+def test_the_status_says_whether_the_robot_is_at_rest(state, rests):
+    assert _watch(state, 0.1).status.at_rest == rests
+
+
 def test_tilt_first_aborts_and_then_counts_as_a_fall():
     assert fall_reason(_tilted(0.5), ROBOT, SafetyConfig()) == ""
     assert "tilt" in fall_reason(_tilted(-0.9), ROBOT, SafetyConfig())
