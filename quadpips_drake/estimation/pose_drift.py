@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.values.robot_state import RobotState
 
@@ -49,8 +50,7 @@ def drift_state(state: RobotState, X_WO: np.ndarray) -> RobotState:
     """Returns ``state`` expressed in O instead of W."""
     R_OW = X_WO[:3, :3].T
     yaw = np.arctan2(R_OW[1, 0], R_OW[0, 0])
-    turned = state.rpy_WB[2] + yaw
-    rpy = np.array([*state.rpy_WB[:2], np.arctan2(np.sin(turned), np.cos(turned))])
+    rpy = np.array([*state.rpy_WB[:2], wrap_angle(state.rpy_WB[2] + yaw)])
     return dataclasses.replace(
         state,
         p_WB=R_OW @ (state.p_WB - X_WO[:3, 3]),
