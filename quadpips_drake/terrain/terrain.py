@@ -19,6 +19,8 @@ MAX_EXTENT = 1000.0
 DEFAULT_FRICTION = 1.0
 """Coulomb coefficient of a terrain that says nothing else [1]."""
 MAX_FRICTION = 100.0
+GOAL_TOLERANCE = 0.30
+"""A robot whose base is this close to the goal, in xy, has reached it, unless a trial says otherwise [m]."""
 MAX_TRIANGLES = 50_000
 """Triangles in one mesh."""
 

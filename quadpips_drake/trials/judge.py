@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.terrain.terrain import Terrain
+from quadpips_drake.terrain.terrain import GOAL_TOLERANCE, Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.robot_state import RobotState
 
@@ -14,7 +14,7 @@ from quadpips_drake.values.robot_state import RobotState
 class JudgeConfig:
     """Limits of a trial."""
 
-    goal_tolerance: float = 0.30
+    goal_tolerance: float = GOAL_TOLERANCE
     """Distance of the torso to the goal in xy that counts as reached [m]."""
     goal_hold_time: float = 0.5
     """How long the torso must stay there, upright [s]."""

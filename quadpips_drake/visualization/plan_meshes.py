@@ -3,7 +3,7 @@
 import numpy as np
 
 from quadpips_drake.math.rotations import rotation_from_rpy, yaw_matrix
-from quadpips_drake.terrain.terrain import Terrain
+from quadpips_drake.terrain.terrain import GOAL_TOLERANCE, Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.images import AffordanceImage
@@ -106,7 +106,7 @@ def stance_mesh(plan: FootholdPlan, disc_radius: float = 0.045) -> ColorMesh:
     return mesh
 
 
-def course_mesh(terrain: Terrain, goal_tolerance: float = 0.30) -> ColorMesh:
+def course_mesh(terrain: Terrain, goal_tolerance: float = GOAL_TOLERANCE) -> ColorMesh:
     """Start (an arrow on the ground) and goal (a ring of the tolerated distance [m] with a pole)."""
     truth = GroundTruth(terrain)
     mesh = ColorMesh()

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrow
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.terrain.terrain import Terrain
+from quadpips_drake.terrain.terrain import GOAL_TOLERANCE, Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 
 HEIGHT_COLORS = LinearSegmentedColormap.from_list("ground", ["#5d7a63", "#c9c4a0", "#e8dcc0", "#c98f5a", "#8c4a2f"])
@@ -60,7 +60,7 @@ def draw_terrain(axes: Axes, terrain: Terrain, *, view=None, resolution: float =
 
 
 def draw_start_and_goal(axes: Axes, terrain: Terrain):
-    """Marks start (an arrow along its yaw) and goal (a circle of the 0.30 m that count as reached)."""
+    """Marks start (an arrow along its yaw) and goal (a circle of the distance that counts as reached)."""
     x, y, yaw = terrain.start
     axes.plot(x, y, "o", color=START_COLOR, markersize=6, markeredgecolor="white", zorder=9, label="start")
     arrow = FancyArrow(
@@ -69,7 +69,7 @@ def draw_start_and_goal(axes: Axes, terrain: Terrain):
     )  # fmt: skip
     axes.add_patch(arrow)
     angle = np.linspace(0, 2 * np.pi, 60)
-    circle = terrain.goal + 0.3 * np.column_stack((np.cos(angle), np.sin(angle)))
+    circle = terrain.goal + GOAL_TOLERANCE * np.column_stack((np.cos(angle), np.sin(angle)))
     axes.plot(*circle.T, color=GOAL_COLOR, linewidth=1.6, zorder=8)
     axes.plot(*terrain.goal, "*", color=GOAL_COLOR, markersize=12, markeredgecolor="white", zorder=9, label="goal")
 
