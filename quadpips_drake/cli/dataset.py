@@ -24,7 +24,7 @@ Exit status: 0 done, 1 something could not be written or rendered (what is there
 
 def dataset(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where the dataset goes.")],
-    frames: Annotated[int, typer.Option(min=1, metavar="N", help="Labelled images, in scenes of 5; at least 50.")] = 3000,
+    frames: Annotated[int, typer.Option(min=50, metavar="N", help="Labelled images, in scenes of 5.")] = 3000,
     seed: Annotated[int, typer.Option(min=0, metavar="S", help="Decides every scene.")] = 1,
     workers: Annotated[int, typer.Option(min=1, max=256, metavar="W", help="Processes that render.")] = 2,
     resume: Annotated[bool, typer.Option("--resume", help="Keep what an interrupted call has made.")] = False,

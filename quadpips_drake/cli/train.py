@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from quadpips_drake.cli.console import messages, writable_directory
 
@@ -36,37 +37,91 @@ def train(
     resume: Annotated[bool, typer.Option("--resume", help="Go on from DIR/checkpoint.pt.")] = False,
 ):
     """Train the steppability network on a dataset; on a GPU where there is one."""
+    started = time.perf_counter()
+    with TrainingProgress() as progress:
+        trainer = _make_trainer(progress, data, out, {"epochs": epochs, "batch": batch, "seed": seed}, threads, init, resume)
+        try:
+            _train(trainer, progress, out)
+        except KeyboardInterrupt:
+            kept = f"{out / 'checkpoint.pt'} holds {len(trainer.history)} of {epochs} epochs, --resume goes on"
+            messages.print(f"interrupted; {kept if trainer.history else 'no epoch was finished'}", markup=False)
+            raise
+    best = max(trainer.history, key=lambda entry: entry["val"]["mean_iou"])
+    typer.echo(f"model:    {out}, best in epoch {best['epoch']}, {time.perf_counter() - started:.0f} s on {trainer.device}")
+    typer.echo(f"val:      mean IoU {best['val']['mean_iou']:.3f}; recall {best['val']['recall']}")
+
+
+class TrainingProgress:
+    """Says what is being done from the start on: a bar on a terminal, else a line for each thing."""
+
+    def __init__(self):
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+        self._bar = Progress(*columns, console=messages)
+        self._task = self._bar.add_task("", total=None)
+
+    def __enter__(self):
+        if messages.is_terminal:
+            self._bar.start()
+        return self
+
+    def __exit__(self, *_):
+        if messages.is_terminal:
+            self._bar.stop()
+
+    def say(self, what: str) -> None:
+        """What is being done now."""
+        self._bar.update(self._task, description=what)
+        if not messages.is_terminal:
+            messages.print(what, markup=False)
+
+    def show(self, text: str, done: int, total: int) -> None:
+        """Where the training stands, after ``done`` of ``total`` steps."""
+        self._bar.update(self._task, description=text, completed=done, total=total)
+
+
+def _make_trainer(progress: TrainingProgress, data: list[Path], out: Path, settings: dict, threads, init, resume):
+    progress.say("loading PyTorch")
     import torch
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from quadpips_drake.learning.dataset import join_frames, load_split
     from quadpips_drake.learning.training import Trainer, TrainingConfig
-    from quadpips_drake.learning.training_curves import save_curves
     from quadpips_drake.perception.steppability.model import load_model
 
-    config = TrainingConfig(epochs=epochs, batch=batch, seed=seed)
+    config = TrainingConfig(**settings)
+    progress.say(f"reading {', '.join(map(str, data))}")
     # The first dataset alone validates, so that scores stay comparable whatever else is trained on.
-    frames = join_frames([load_split(directory, "train") for directory in data]), load_split(data[0], "val")
+    train, val = join_frames([load_split(directory, "train") for directory in data]), load_split(data[0], "val")
+    progress.say("making the network")
     torch.set_num_threads(threads)
-    trainer = Trainer(*frames, writable_directory(out), config)
+    trainer = Trainer(train, val, writable_directory(out), config)
     if init is not None:
         trainer.start_from(load_model(init))
     if resume:
         trainer.resume()
-    started, total = time.perf_counter(), epochs * trainer.steps_per_epoch
-    text = TextColumn("epoch {task.fields[epoch]}  loss {task.fields[loss]:.3f}  val IoU {task.fields[iou]:.3f}")
-    with Progress(text, BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=messages) as progress:
-        bar = progress.add_task("", total=total, epoch=1, loss=float("nan"), iou=float("nan"))
+    progress.say(f"training on {len(train)} images; the first batch takes longest")
+    return trainer
 
-        def show(step: int, loss: float):
-            iou = trainer.history[-1]["val"]["mean_iou"] if trainer.history else float("nan")
-            epoch = len(trainer.history) + 1
-            progress.update(bar, completed=step, epoch=epoch, loss=loss, iou=iou)
-            if step % trainer.steps_per_epoch == 1:
-                save_curves(trainer.history, out / "curves.png")
 
-        trainer.run(show)
+def _train(trainer, progress: TrainingProgress, out: Path) -> None:
+    """Trains, and draws the curves after each epoch."""
+    from quadpips_drake.learning.training_curves import save_curves
+
+    steps = trainer.steps_per_epoch
+
+    def show(step: int, loss: float):
+        text = step_text(len(trainer.history) + 1, loss, trainer.history[-1]["val"]["mean_iou"] if trainer.history else None)
+        if step % steps == 0:
+            text += ", validating"
+            if not messages.is_terminal:
+                progress.say(text)
+        progress.show(text, step, trainer.epochs * steps)
+        if step % steps == 1:
+            save_curves(trainer.history, out / "curves.png")
+
+    trainer.run(show)
     save_curves(trainer.history, out / "curves.png")
-    best = max(trainer.history, key=lambda entry: entry["val"]["mean_iou"])
-    typer.echo(f"model:    {out}, best in epoch {best['epoch']}, {time.perf_counter() - started:.0f} s on {trainer.device}")
-    typer.echo(f"val:      mean IoU {best['val']['mean_iou']:.3f}; recall {best['val']['recall']}")
+
+
+def step_text(epoch: int, loss: float, iou: float | None) -> str:
+    """One line about a step; ``iou`` is that of the epoch before, None in the first one."""
+    return f"epoch {epoch}, loss {loss:.3f}" + ("" if iou is None else f", val IoU {iou:.3f} before")

@@ -78,6 +78,7 @@ class Trainer:
         self._optimizer = torch.optim.AdamW(
             self.network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay
         )
+        self.epochs = config.epochs
         self.steps_per_epoch = max(len(train) // config.batch, 1)
         # The schedule divides by the steps of its rise, less one: even the shortest training gets more than one.
         total = max(config.epochs * self.steps_per_epoch, 4)

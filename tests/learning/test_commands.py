@@ -1,9 +1,14 @@
 """The commands dataset, train and evaluate network."""
 
+import errno
+
 import pytest
 from typer.testing import CliRunner
 
 from quadpips_drake.cli.main import app
+from quadpips_drake.learning.data_factory import MIN_SCENES
+from quadpips_drake.learning.dataset_config import DatasetConfig
+from quadpips_drake.worker_pool import JobFailed, Outcome
 
 
 def quadpips(*arguments):
@@ -15,8 +20,12 @@ def quadpips(*arguments):
 
 def test_from_frames_to_scores(dataset_directory, tmp_path):
     model, scores = tmp_path / "model", tmp_path / "scores"
-    status, out, _ = quadpips("train", "--data", dataset_directory, "--out", model, "--epochs", 1, "--batch", 4)
+    status, out, err = quadpips("train", "--data", dataset_directory, "--out", model, "--epochs", 2, "--batch", 4)
     assert status == 0 and "mean IoU" in out
+    said = err.splitlines()
+    assert said[:3] == ["loading PyTorch", f"reading {dataset_directory}", "making the network"], "from the start on"
+    assert said[3].startswith("training on 8 images") and "nan" not in err
+    assert [line.split(",")[0] for line in said[4:]] == ["epoch 1", "epoch 2"]
     assert {path.name for path in model.iterdir()} >= {"steppability.pt", "steppability.json", "curves.png", "history.json"}
     status, out, _ = quadpips("evaluate", "network", "--data", dataset_directory, "--model", model, "--out", scores)
     assert status == 1  # two steps of training do not reach the targets
@@ -28,7 +37,7 @@ def test_from_frames_to_scores(dataset_directory, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["dataset", "--out", "{tmp}", "--frames", 20], "at least 50"),
+        (["dataset", "--out", "{tmp}", "--frames", 49], "equal to 50"),
         (["dataset", "--out", "{tmp}", "--frames", 50, "--swing-height", -1], "swing_height_max"),
         (["dataset", "--out", "/proc/nowhere", "--frames", 50], "cannot write"),
         (["train", "--data", "{tmp}", "--out", "{tmp}"], "no manifest.json"),
@@ -43,6 +52,42 @@ def test_bad_input_ends_with_one_line_and_status_2(dataset_directory, tmp_path, 
     assert status == 2
     lines = [line for line in err.splitlines() if line.startswith("error:")]
     assert len(lines) == 1 and message in lines[0]
+
+
+def test_too_few_frames_are_refused_before_anything_is_written_as_the_help_says(tmp_path):
+    least = MIN_SCENES * DatasetConfig().frames_per_scene
+    assert quadpips("dataset", "--out", tmp_path / "data", "--frames", least - 1)[0] == 2
+    assert not (tmp_path / "data").exists()
+    assert f"[x>={least}]" in quadpips("dataset", "--help")[1]
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device"), "No space left on device; 1 of 3 shards lie there, --resume"),
+        (JobFailed("its process ended abruptly (SIGKILL)"), "2 of 3 shards are missing (val_0000.npz: its process ended"),
+    ],
+)
+def test_what_stops_a_dataset_is_one_line_and_what_was_made_is_kept(tmp_path, monkeypatch, error, reason):
+    def breaks(jobs, workers):
+        for k, key in enumerate(jobs):
+            yield Outcome(key, error=error if k else None)
+
+    monkeypatch.setattr("quadpips_drake.learning.data_factory.run_jobs", breaks)
+    status, _, err = quadpips("dataset", "--out", tmp_path, "--frames", 50)
+    assert status == 1 and (tmp_path / "manifest.json").is_file()
+    lines = [line for line in err.splitlines() if line.startswith("error:")]
+    assert len(lines) == 1 and reason in lines[0]
+
+
+def test_an_interrupted_dataset_says_what_is_there(tmp_path, monkeypatch):
+    def interrupted(jobs, workers):
+        yield Outcome(next(iter(jobs)))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("quadpips_drake.learning.data_factory.run_jobs", interrupted)
+    status, _, err = quadpips("dataset", "--out", tmp_path, "--frames", 50)
+    assert status == 130 and "interrupted; 1 of 3 shards lie in" in err
 
 
 def test_a_dataset_is_not_overwritten(dataset_directory):

@@ -1,5 +1,6 @@
 """Making and reading a dataset."""
 
+import errno
 import json
 import shutil
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.learning import data_factory
 from quadpips_drake.learning.data_factory import encode_depth, make_dataset, plan_shards
 from quadpips_drake.learning.dataset import MANIFEST, decode_depth, load_split, read_manifest
 from quadpips_drake.learning.dataset_config import DatasetConfig, split_of_scene
@@ -54,6 +56,19 @@ def test_an_interrupted_dataset_is_completed_to_the_same_content(dataset_directo
         assert set(made.files) == set(original.files)
         for key in original.files:
             np.testing.assert_array_equal(made[key], original[key])
+
+
+def test_a_shard_that_cannot_be_written_leaves_nothing_behind(tmp_path, monkeypatch):
+    def full(file, **arrays):
+        file.write(b"half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(data_factory, "render_scene", lambda *arguments: {"depth": np.zeros(1)})
+    monkeypatch.setattr(data_factory, "_renderer", lambda config: None)
+    monkeypatch.setattr(np, "savez_compressed", full)
+    with pytest.raises(OSError, match="No space"):
+        data_factory._make_shard(str(tmp_path), plan_shards(FRAMES, DATASET)[0], 3, DATASET)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_dataset_is_not_overwritten_nor_mixed_with_another(copy):
