@@ -16,19 +16,18 @@ from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.depth_noise_system import DepthNoise
 from quadpips_drake.sensing.self_filter_system import SelfFilter
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 _SEEDS_APART = 1_000_003
 """Between the seeds of the cameras' noise."""
 
 
 class PerceptionModule(Diagram):
-    """From depth images to the planar regions that may carry a foot.
+    """From the depth images to planar regions.
 
     (DepthNoise ->) (SelfFilter ->) NormalEstimator -> LeggedEgocan -> SuperpixelSegmenter -> RegionExtractor; the first two
-    are there only as far as the configuration enables them. If it enables the steppability, a
-    SteppabilitySegmenter labels the same images. Each further camera has its own systems up to the egocan, which takes in
-    all of them.
+    only as far as the configuration enables them. If it enables the steppability, a SteppabilitySegmenter labels the same
+    images. Each further camera has its own systems up to the egocan, which takes in all of them.
 
     .. pydrake_system::
 
@@ -45,12 +44,12 @@ class PerceptionModule(Diagram):
         - superpixels
         - region_set
 
-    - robot_state: RobotState, frame W, at the time of the images.
-    - depth_image, depth_image_<camera>: ImageDepth32F, as the renderer made it.
-    - labels, labels_<camera> (optional): LabelImage; not there with the SteppabilitySegmenter. Without labels all ground is
-      of UNKNOWN steppability and judged by geometry.
+    - robot_state: RobotState at the time of the images, frame W.
+    - depth_image, and depth_image_<camera> for each further camera: ImageDepth32F, as the renderer made it [m].
+    - labels, labels_<camera>: LabelImage; not there with the SteppabilitySegmenter. Without labels all ground is of UNKNOWN
+      steppability and judged by geometry.
     - affordance_image: AffordanceImage of the first camera.
-    - egocan: EgocanImage, frame E, of all cameras.
+    - egocan: EgocanImage, frame E.
     - superpixels: SuperpixelImage, frame E.
     - region_set: RegionSet, frame W.
     """
@@ -79,19 +78,15 @@ class PerceptionModule(Diagram):
         super().__init__()
         config = config or PerceptionConfig()
         timings = timings or StageTimings()
+        suffixes = ["", *(f"_{name}" for name in further_cameras)]
+        self.optional_inputs = [f"labels{suffix}" for suffix in suffixes]
+        """Inputs that need nothing to feed them."""
         builder = DiagramBuilder()
-        egocan = builder.AddNamedSystem(
-            "legged_egocan", LeggedEgocan(robot, config.egocan, further_cameras=further_cameras, timings=timings)
-        )
-        superpixels = builder.AddNamedSystem(
-            "superpixel_segmenter", SuperpixelSegmenter(config.superpixels, timings=timings)
-        )
-        regions = builder.AddNamedSystem(
-            "region_extractor", RegionExtractor(robot.foot_radius, config.regions, timings=timings)
-        )
+        egocan = builder.AddSystem(LeggedEgocan(robot, config.egocan, further_cameras=further_cameras, timings=timings))
+        superpixels = builder.AddSystem(SuperpixelSegmenter(config.superpixels, timings=timings))
+        regions = builder.AddSystem(RegionExtractor(robot.foot_radius, config.regions, timings=timings))
         builder.ExportInput(egocan.GetInputPort("robot_state"), "robot_state")
-        for k, name in enumerate((camera, *further_cameras)):
-            suffix = f"_{name}" if k > 0 else ""
+        for k, (name, suffix) in enumerate(zip((camera, *further_cameras), suffixes, strict=True)):
             eye = _Eye(name, suffix, seed + k * _SEEDS_APART, intrinsics)
             normals = _add_eye(builder, robot, config, timings, eye)
             builder.Connect(normals.GetOutputPort("affordance_image"), egocan.GetInputPort("affordance_image" + suffix))
@@ -119,9 +114,8 @@ def _add_eye(builder, robot, config, timings, eye: _Eye) -> NormalEstimator:
     """Adds everything from the depth image of one camera to its affordance image; returns the last system."""
     X_BC = robot.camera(eye.camera).X_BC
     filters = _add_filters(builder, robot, config, timings, eye)
-    normals = builder.AddNamedSystem(
-        "normal_estimator" + eye.suffix,
-        NormalEstimator(X_BC, eye.intrinsics, config.normals, timings=timings, name="normal_estimator" + eye.suffix),
+    normals = builder.AddSystem(
+        NormalEstimator(X_BC, eye.intrinsics, config.normals, timings=timings, name="normal_estimator" + eye.suffix)
     )
     chain = [*filters, normals]
     builder.ExportInput(chain[0].GetInputPort("depth_image"), "depth_image" + eye.suffix)
@@ -142,8 +136,10 @@ def _connect_labels(builder, filters, normals, X_BC, config, timings, eye: _Eye)
     # Imported here, because torch takes its time.
     from quadpips_drake.perception.steppability.steppability_segmenter_system import SteppabilitySegmenter
 
-    segmenter = SteppabilitySegmenter(X_BC, eye.intrinsics, config.steppability, timings=timings)
-    builder.AddNamedSystem("steppability_segmenter" + eye.suffix, segmenter)
+    segmenter = SteppabilitySegmenter(
+        X_BC, eye.intrinsics, config.steppability, timings=timings, name="steppability_segmenter" + eye.suffix
+    )
+    builder.AddSystem(segmenter)
     if filters:
         builder.Connect(filters[-1].GetOutputPort("depth_image"), segmenter.GetInputPort("depth_image"))
     else:

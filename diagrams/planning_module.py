@@ -43,25 +43,27 @@ class PlanningModule(Diagram):
         - robot_state
         - region_set
         - safety_status (optional)
+        - goal
         output_ports:
         - reference
+        - plan
+        - status
         - foothold_plan
         - torso_path
         - swing_plan
-        - monitor_status
 
     - robot_state: RobotState, frame W.
     - region_set: RegionSet, frame W.
     - safety_status (optional): SafetyStatus; while it is unstable the reference is dropped.
+    - goal: x, y in W [m], vector (2,).
     - reference: WholeBodyReference to follow, frame W, absolute times; without samples while there is nothing to follow.
-    - foothold_plan, torso_path, swing_plan: FootholdPlan, TorsoPath, SwingPlan: what the stages made of the last request.
-    - monitor_status: MonitorStatus, what is going on.
+    - plan: PlanSketch of the footholds, frame W.
+    - status: PlannerStatus, what is going on.
+    - foothold_plan, torso_path, swing_plan: what the stages made of the last request.
     """
 
-    def __init__(
-        self, robot: RobotModel, goal, config: PlanningConfig | None = None, *, timings: StageTimings | None = None
-    ):
-        """Builds the module for the goal x, y [m] in W; ``timings`` collects the stages' computing times."""
+    def __init__(self, robot: RobotModel, config: PlanningConfig | None = None, *, timings: StageTimings | None = None):
+        """``timings`` collects the stages' computing times."""
         super().__init__()
         config = config or PlanningConfig()
         builder = DiagramBuilder()
@@ -69,7 +71,7 @@ class PlanningModule(Diagram):
         footholds = builder.AddSystem(FootholdPlanner(robot, config.footholds, timings=timings))
         swings = builder.AddSystem(SwingTrajectoryOptimizer(robot, config.swings, timings=timings))
         publisher = builder.AddSystem(ReferencePublisher(config.publisher, timings=timings))
-        monitor = builder.AddSystem(ReplanMonitor(goal, config.monitor, timings=timings))
+        monitor = builder.AddSystem(ReplanMonitor(config.monitor, timings=timings))
 
         builder.Connect(torso.GetOutputPort("torso_path"), footholds.GetInputPort("torso_path"))
         builder.Connect(footholds.GetOutputPort("foothold_plan"), swings.GetInputPort("foothold_plan"))
@@ -85,10 +87,12 @@ class PlanningModule(Diagram):
             builder.ConnectInput("robot_state", system.GetInputPort("robot_state"))
         builder.ExportInput(torso.GetInputPort("region_set"), "region_set")
         builder.ExportInput(monitor.GetInputPort("safety_status"), "safety_status")
+        builder.ExportInput(monitor.GetInputPort("goal"), "goal")
         builder.ExportOutput(publisher.GetOutputPort("reference"), "reference")
+        builder.ExportOutput(footholds.GetOutputPort("plan"), "plan")
+        builder.ExportOutput(monitor.GetOutputPort("status"), "status")
         builder.ExportOutput(footholds.GetOutputPort("foothold_plan"), "foothold_plan")
         builder.ExportOutput(torso.GetOutputPort("torso_path"), "torso_path")
         builder.ExportOutput(swings.GetOutputPort("swing_plan"), "swing_plan")
-        builder.ExportOutput(monitor.GetOutputPort("status"), "monitor_status")
         builder.BuildInto(self)
         self.set_name("planning")

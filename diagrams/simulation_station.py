@@ -12,19 +12,19 @@ from pydrake.multibody.plant import (
 )
 from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.framework import Diagram
-from pydrake.systems.primitives import DiscreteTimeDelay
+from pydrake.systems.primitives import Demultiplexer, DiscreteTimeDelay, Multiplexer
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.estimation.oracle_state_estimator_system import OracleStateEstimator
 from quadpips_drake.faults.model_errors import ModelErrorConfig, add_payload, set_base_mass
 from quadpips_drake.framework.ports import DiagramBuilder
-from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.sensing.contact_sensing import find_contact_geometries, touching_links
+from quadpips_drake.sensing.contact_sensing import find_contact_geometries
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, add_depth_camera, make_intrinsics
+from quadpips_drake.sensing.foot_contact_sensor_system import FootContactSensor
 from quadpips_drake.sensing.imu_system import Imu, ImuConfig
 from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
+from quadpips_drake.terrain.standing_pose import standing_pose
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.legs import JOINTS_PER_LEG, NUM_JOINTS, Leg
@@ -53,8 +53,6 @@ class StationConfig:
     camera: DepthCameraConfig = field(default_factory=DepthCameraConfig)
     imu: ImuConfig = field(default_factory=ImuConfig)
     model_error: ModelErrorConfig = field(default_factory=ModelErrorConfig)
-    seed: int = 0
-    """Seed of the sensors' noise."""
 
     def __post_init__(self):
         if not 1e-5 <= self.time_step <= 0.01:
@@ -89,10 +87,11 @@ class SimulationStation(Diagram):
         - camera_pose
         - depth_image_<camera> (one for each of further_cameras)
         - camera_pose_<camera> (one for each of further_cameras)
-        - robot_state
+        - foot_contacts
+        - joint_encoders
         - imu
-        - plant_state
         - joint_torques
+        - plant_state
         - contact_results
         - query_object
 
@@ -100,21 +99,23 @@ class SimulationStation(Diagram):
     - desired_joint_state: joint positions [rad] and velocities [rad/s], vector (24,).
     - applied_spatial_force: list of pydrake ExternallyAppliedSpatialForce, frame W: pushes.
     - depth_image: ImageDepth32F (width, height) [m], along the optical axis; 0 too near, inf too far or nothing there. It is
-      rendered when it is read, without delay: whoever samples it sets the rate (``camera_period``).
+      rendered when it is read, without delay: whoever samples it sets the rate.
     - camera_pose: RigidTransform X_WC of the optical frame (x right, y down, z forward).
     - depth_image_<camera>, camera_pose_<camera>: the same of the further cameras.
-    - joint_torques: what the drives applied in the last step, after clamping [N m], vector (12,).
+    - foot_contacts: FootContacts, what the feet feel, forces in W.
+    - joint_encoders: joint positions [rad] and velocities [rad/s], vector (24,).
     - imu: angular velocity [rad/s], specific force [m/s^2] in the base's axes, vector (6,).
+    - joint_torques: what the drives applied in the last step, after clamping [N m], vector (12,).
 
     Oracle ports, which no real robot has:
 
     - plant_state: positions and velocities of the plant, vector (37,).
-    - robot_state: RobotState without error, from OracleStateEstimator.
     - contact_results: ContactResults of the last step.
     - query_object: SceneGraph's QueryObject.
     """
 
-    def __init__(self, robot: RobotModel, terrain: Terrain, config: StationConfig, meshcat=None):
+    def __init__(self, robot: RobotModel, terrain: Terrain, config: StationConfig, meshcat=None, *, seed: int = 0):
+        """Args: robot; world; physics, drives and sensors; where to draw; seed of the sensors' noise."""
         Diagram.__init__(self)
         if config.camera_pitch is not None:
             robot = robot.with_camera_pitch(config.camera_name, config.camera_pitch)
@@ -123,8 +124,6 @@ class SimulationStation(Diagram):
         self.terrain = terrain
         self.config = config
         self.camera_intrinsics = make_intrinsics(config.camera)
-        self.camera_period = 1.0 / config.camera.rate
-        """Time between frames [s]."""
         self._truth = GroundTruth(terrain)
         self._delays: dict[str, DiscreteTimeDelay] = {}
 
@@ -132,7 +131,7 @@ class SimulationStation(Diagram):
         self.plant, self.scene_graph = _add_plant(builder, robot, terrain, config)
         self.contact_geometries = find_contact_geometries(robot, self.plant, self.scene_graph.model_inspector())
         self._camera_plant = self._add_camera(builder)
-        self._add_sensors(builder)
+        self._add_sensors(builder, seed)
         self._export_plant_ports(builder)
         if meshcat is not None:
             MeshcatVisualizer.AddToBuilder(builder, self.scene_graph, meshcat)
@@ -156,11 +155,6 @@ class SimulationStation(Diagram):
             for name, before in (("feedforward_torque", np.zeros(NUM_JOINTS)), ("desired_joint_state", np.r_[q, 0.0 * q])):
                 state = self._delays[name].GetMyMutableContextFromRoot(root_context).get_mutable_discrete_state_vector()
                 state.SetFromVector(np.resize(before, state.size()))
-
-    def touching_links(self, root_context) -> list[str]:
-        """Returns the robot's links that touch the terrain, feet excepted."""
-        context = self.GetMyContextFromRoot(root_context)
-        return touching_links(self.GetOutputPort("contact_results").Eval(context), self.contact_geometries)
 
     def _add_camera(self, builder: DiagramBuilder) -> MultibodyPlant:
         """Adds the cameras with a scene of their own, whose poses are computed when an image is read.
@@ -186,19 +180,21 @@ class SimulationStation(Diagram):
             builder.ExportOutput(camera.body_pose_in_world_output_port(), "camera_pose" + suffix)
         return plant
 
-    def _add_sensors(self, builder: DiagramBuilder) -> None:
-        plant, robot, config = self.plant, self.robot, self.config
-        instance = plant.GetModelInstanceByName(robot.name)
-        estimator = builder.AddNamedSystem(
-            "state_estimator",
-            OracleStateEstimator(robot, self.contact_geometries, contact_threshold=config.contact_threshold),
-        )
-        builder.Connect(plant.get_state_output_port(instance), estimator.GetInputPort("state"))
-        builder.Connect(plant.get_contact_results_output_port(), estimator.GetInputPort("contact_results"))
-        builder.Connect(plant.get_net_actuation_output_port(instance), estimator.GetInputPort("joint_torques"))
-        builder.ExportOutput(estimator.GetOutputPort("robot_state"), "robot_state")
+    def _add_sensors(self, builder: DiagramBuilder, seed: int) -> None:
+        plant, config = self.plant, self.config
+        feet = builder.AddSystem(FootContactSensor(self.contact_geometries, threshold=config.contact_threshold))
+        builder.Connect(plant.get_contact_results_output_port(), feet.GetInputPort("contact_results"))
+        builder.ExportOutput(feet.GetOutputPort("foot_contacts"), "foot_contacts")
 
-        imu = builder.AddNamedSystem("imu", Imu(robot, plant, config.imu, seed=config.seed))
+        # Positions are quaternion, position, joints; velocities are angular, linear, joints.
+        parts = builder.AddNamedSystem("state_parts", Demultiplexer([7, NUM_JOINTS, 6, NUM_JOINTS]))
+        joints = builder.AddNamedSystem("joint_encoders", Multiplexer([NUM_JOINTS, NUM_JOINTS]))
+        builder.Connect(plant.get_state_output_port(), parts.get_input_port())
+        builder.Connect(parts.get_output_port(1), joints.get_input_port(0))
+        builder.Connect(parts.get_output_port(3), joints.get_input_port(1))
+        builder.ExportOutput(joints.get_output_port(), "joint_encoders")
+
+        imu = builder.AddNamedSystem("imu", Imu(self.robot, plant, config.imu, seed=seed))
         for name in ("body_poses", "body_spatial_velocities", "body_spatial_accelerations"):
             builder.Connect(plant.GetOutputPort(name), imu.GetInputPort(name))
         builder.ExportOutput(imu.GetOutputPort("imu"), "imu")
@@ -217,39 +213,10 @@ class SimulationStation(Diagram):
                 port = delay.get_input_port()
             builder.ExportInput(port, name)
         builder.ExportInput(plant.get_applied_spatial_force_input_port(), "applied_spatial_force")
-        builder.ExportOutput(plant.get_state_output_port(), "plant_state")
         builder.ExportOutput(plant.get_net_actuation_output_port(instance), "joint_torques")
+        builder.ExportOutput(plant.get_state_output_port(), "plant_state")
         builder.ExportOutput(plant.get_contact_results_output_port(), "contact_results")
         builder.ExportOutput(self.scene_graph.get_query_output_port(), "query_object")
-
-
-def make_simulation_station(robot: RobotModel, terrain: Terrain, config: StationConfig, meshcat=None) -> SimulationStation:
-    """Builds the station; the ports are the same for every robot."""
-    return SimulationStation(robot, terrain, config, meshcat)
-
-
-def standing_pose(robot: RobotModel, truth: GroundTruth, x: float, y: float, yaw: float) -> tuple[np.ndarray, np.ndarray]:
-    """Returns base position [m] and joint angles (12,) of the robot standing on the ground with its torso level.
-
-    The torso is at nominal height above the mean ground under the feet.
-    """
-    where = f"start {x:g},{y:g},{yaw:g}"
-    heading = yaw_matrix(yaw)
-    feet = robot.nominal_footholds_B @ heading.T + [x, y, 0.0]
-    heights = np.asarray(truth.height(feet[:, 0], feet[:, 1]))
-    if not np.isfinite(heights).all():
-        missing = Leg(int(np.flatnonzero(~np.isfinite(heights))[0])).name
-        raise UserInputError(f"{where}: there is no ground under the foot {missing}; start where all four feet find some")
-    # The centre of a sphere that rests on a slope is radius / n_z above the slope, measured vertically.
-    feet[:, 2] = heights + robot.foot_radius / np.maximum(truth.normal(feet[:, 0], feet[:, 1])[:, 2], 0.5)
-    p_WB = np.array([x, y, heights.mean() + robot.nominal_base_height])
-    q = np.empty(len(robot.joint_names))
-    for leg in Leg:
-        p_BF = (feet[leg] - p_WB) @ heading
-        q[leg.joints], reached = robot.leg_inverse_kinematics_B(leg, p_BF)
-        if not reached:
-            raise UserInputError(f"{where}: the ground under the foot {leg.name} is out of reach; start on more even ground")
-    return p_WB, q
 
 
 def _add_plant(builder: DiagramBuilder, robot: RobotModel, terrain: Terrain, config: StationConfig):

@@ -92,8 +92,3 @@ def _make_mpc(robot, config: TrackingConfig, timings) -> CentroidalMpc:
     if config.faults.outage_start:
         return FailingMpc(robot, config.mpc, config.faults, early_contact_phase=early, timings=timings)
     return CentroidalMpc(robot, config.mpc, early_contact_phase=early, timings=timings)
-
-
-def make_tracking_module(robot, config: TrackingConfig | None = None, timings=None) -> TrackingModule:
-    """Builds the module; ``timings`` (StageTimings) collects the stages' computing times."""
-    return TrackingModule(robot, config, timings)

@@ -1,40 +1,25 @@
 """Walking by velocity command, without perception or planning: station, command, velocity reference, tracking."""
 
 from dataclasses import dataclass, field
-from pathlib import Path
 
-import numpy as np
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import Diagram
 
+from quadpips_drake.control.mpc.mpc_config import walking_mpc
 from quadpips_drake.control.references.scripted_command_system import ScriptedCommand
 from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig
 from quadpips_drake.control.references.velocity_reference_system import VelocityReference
 from quadpips_drake.control.references.walk_command import WalkCommand
-from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
-from quadpips_drake.diagrams.tracking_module import TrackingConfig, make_tracking_module
+from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
+from quadpips_drake.diagrams.state_estimators import EstimatorSetup, add_state_estimate, check_drift, state_estimators
+from quadpips_drake.diagrams.tracking_module import TrackingConfig, TrackingModule
+from quadpips_drake.estimation.pose_drift import PoseDriftConfig
 from quadpips_drake.faults.push_system import Push, PushSource
-from quadpips_drake.framework.ports import DiagramBuilder
+from quadpips_drake.framework.ports import DiagramBuilder, output_names
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.values.reference import WholeBodyReference
-from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
-from quadpips_drake.visualization.meshcat_layers import draw_course
-from quadpips_drake.visualization.recording import FRAMES_PER_SECOND, save_recording, start_recording
+from quadpips_drake.visualization.recording import FRAMES_PER_SECOND
 from quadpips_drake.visualization.walk_panel_system import WalkPanel
-
-
-def _tracking() -> TrackingConfig:
-    """Tracking of a walk: roll weighs as much as pitch.
-
-    With the weights of the authors (100 against 300), which are right where footholds are given, the MPC leans the robot
-    sideways to be where the reference is, although the next steps will put its feet there anyway.
-    """
-    config = TrackingConfig()
-    weights = config.mpc.ocp.weights
-    weights.base_orientation = [300.0, 300.0, 300.0]
-    weights.angular_velocity = [30.0, 30.0, 30.0]
-    return config
 
 
 @dataclass
@@ -42,51 +27,43 @@ class WalkConfig:
     """The stages of a walk."""
 
     station: StationConfig = field(default_factory=StationConfig)
+    state_estimator: str = "oracle"
+    """Who tells where the robot is: oracle, drifting, or one of another package (with its default settings)."""
+    drift: PoseDriftConfig = field(default_factory=PoseDriftConfig)
+    """How the drifting state estimator moves away from the truth."""
     velocity_reference: VelocityReferenceConfig = field(default_factory=VelocityReferenceConfig)
-    tracking: TrackingConfig = field(default_factory=_tracking)
+    tracking: TrackingConfig = field(default_factory=lambda: TrackingConfig(mpc=walking_mpc()))
+
+    def __post_init__(self):
+        state_estimators.get(self.state_estimator)
+        check_drift(self.state_estimator, self.drift)
 
 
-@dataclass(frozen=True)
-class WalkObservation:
-    """What an onlooker sees of the running diagram."""
-
-    robot_state: RobotState
-    foot_positions: np.ndarray
-    """Centres of the feet in W [m], (4, 3)."""
-    body_touches: bool
-    """Whether the torso touches anything."""
-    reference: WholeBodyReference
-    """What is being tracked."""
-    velocity_command: np.ndarray
-    """Forward, left [m/s], yaw rate [rad/s], (3,)."""
-    gait: str
-    """Name of the gait that is commanded."""
-    planned_forces: np.ndarray
-    """Forces that whole-body control aims at, in W [N], (4, 3)."""
-    foot_modes: np.ndarray
-    """FootMode of each foot, int (4,)."""
-    fallbacks: dict
-    """How often each controller had to fall back so far, and the safety monitor's events."""
-
-
-class Walk(Diagram):
+class WalkDiagram(Diagram):
     """Command -> VelocityReference -> tracking -> station, and pushes on the station.
 
     .. pydrake_system::
 
-        name: Walk
+        name: WalkDiagram
         input_ports: []
-        output_ports: []
+        output_ports:
+        - true_robot_state
+        - robot_state
+        - velocity_command
+        - gait
+        - reference
+        - safety_status
+        - mpc_policy
+        - wbc_status
+        - contact_results
 
-    Args:
-        robot: model of the robot.
-        terrain: world and start.
-        commands: gait and velocity over time.
-        config: the stages' parameters.
-        pushes: forces on the base.
-        timings: collects the stages' computing times.
-        meshcat: where to draw; None draws nothing.
-        panel: whether sliders and buttons in Meshcat (or a gamepad) take the place of ``commands``.
+    - true_robot_state: RobotState without error, frame W.
+    - robot_state: RobotState that all stages work with.
+    - velocity_command: forward, left [m/s], yaw rate [rad/s], vector (3,).
+    - gait: name of the gait that is commanded, str.
+    - reference: WholeBodyReference that is being followed, frame W.
+    - safety_status, mpc_policy, wbc_status: SafetyStatus, MpcPolicy and WholeBodyCommand of tracking.
+    - contact_results: pydrake ContactResults of the plant.
     """
 
     def __init__(
@@ -97,20 +74,37 @@ class Walk(Diagram):
         config: WalkConfig | None = None,
         *,
         pushes: list[Push] = (),
+        seed: int = 0,
         timings: StageTimings | None = None,
         meshcat=None,
         panel: bool = False,
     ):
+        """
+        Args:
+            robot: model of the robot.
+            terrain: world and start.
+            commands: gait and velocity over time.
+            config: the stages' parameters.
+            pushes: forces on the base.
+            seed: of all random numbers.
+            timings: collects the stages' computing times.
+            meshcat: where to draw; None draws nothing.
+            panel: whether sliders and buttons in Meshcat (or a gamepad) take the place of ``commands``.
+        """
         super().__init__()
-        config = config or WalkConfig()
-        self._terrain, self._meshcat = terrain, meshcat
+        config, timings = config or WalkConfig(), timings or StageTimings()
+        self.terrain = terrain
         builder = DiagramBuilder()
-        self.station = builder.AddSystem(make_simulation_station(robot, terrain, config.station))
+        self.station = builder.AddSystem(SimulationStation(robot, terrain, config.station, seed=seed))
         self.robot = self.station.robot
-        self.tracking = builder.AddSystem(make_tracking_module(robot, config.tracking, timings))
+        self.tracking = builder.AddSystem(TrackingModule(robot, config.tracking, timings))
         self.command = builder.AddSystem(WalkPanel(meshcat, commands[-1]) if panel else ScriptedCommand(commands))
-        self.reference = builder.AddSystem(VelocityReference(robot, config.velocity_reference))
-        state = self.station.GetOutputPort("robot_state")
+        self.reference = builder.AddSystem(VelocityReference(robot, config.velocity_reference, timings=timings))
+        sensors = {name: self.station.GetOutputPort(name) for name in output_names(self.station)}
+        entry = state_estimators.get(config.state_estimator)
+        settings = (getattr(config, entry.section, None) or entry.config()) if entry.config else None
+        setup = EstimatorSetup(self.robot, settings, seed, timings)
+        truth, state = add_state_estimate(builder, config.state_estimator, setup, sensors)
         builder.Connect(state, self.reference.GetInputPort("robot_state"))
         for name in ("velocity_command", "gait"):
             builder.Connect(self.command.GetOutputPort(name), self.reference.GetInputPort(name))
@@ -128,7 +122,8 @@ class Walk(Diagram):
             MeshcatVisualizer.AddToBuilder(builder, self.station.GetOutputPort("query_object"), meshcat, params)
         if panel:
             follower = builder.AddSystem(CameraFollower(robot, meshcat))
-            builder.Connect(state, follower.get_input_port())
+            builder.Connect(truth, follower.get_input_port())
+        self._export(builder, truth, state)
         builder.BuildInto(self)
         self.set_name("walk")
 
@@ -136,40 +131,12 @@ class Walk(Diagram):
         """Stands the robot on the terrain at ``start`` (x, y [m], yaw [rad]); raises UserInputError where it cannot."""
         self.station.set_initial_state(root_context, *start)
 
-    def observe(self, root_context) -> WalkObservation:
-        """Returns what there is to see at the context's time."""
-        state = self._eval(self.station, "robot_state", root_context)
-        policy = self._eval(self.tracking, "mpc_policy", root_context)
-        wbc = self._eval(self.tracking, "wbc_status", root_context)
-        safety = self._eval(self.tracking, "safety_status", root_context)
-        return WalkObservation(
-            robot_state=state,
-            foot_positions=self.robot.foot_positions_W(state),
-            body_touches="base" in self.station.touching_links(root_context),
-            reference=self._eval(self.reference, "reference", root_context),
-            velocity_command=self._eval(self.command, "velocity_command", root_context),
-            gait=self._eval(self.command, "gait", root_context),
-            planned_forces=wbc.forces,
-            foot_modes=wbc.foot_modes,
-            fallbacks={
-                "mpc": policy.fallbacks,
-                "wbc": wbc.fallbacks,
-                **{f"unstable_{event}": count for event, count in safety.counts_by_event().items()},
-            },
-        )
-
-    def draw_course(self) -> None:
-        """Sets the stage in Meshcat."""
-        draw_course(self._meshcat, self._terrain)
-
-    def start_recording(self) -> None:
-        """Lets Meshcat record from now on."""
-        start_recording(self._meshcat)
-
-    def save_recording(self, path: Path) -> None:
-        """Ends the recording and writes it as one HTML file."""
-        save_recording(self._meshcat, path, title=f"{self.robot.name} walks on {self._terrain.name}")
-
-    @staticmethod
-    def _eval(system, port: str, root_context):
-        return system.GetOutputPort(port).Eval(system.GetMyContextFromRoot(root_context))
+    def _export(self, builder: DiagramBuilder, truth, state) -> None:
+        builder.ExportOutput(truth, "true_robot_state")
+        builder.ExportOutput(state, "robot_state")
+        for name in ("velocity_command", "gait"):
+            builder.ExportOutput(self.command.GetOutputPort(name), name)
+        builder.ExportOutput(self.reference.GetOutputPort("reference"), "reference")
+        for name in ("safety_status", "mpc_policy", "wbc_status"):
+            builder.ExportOutput(self.tracking.GetOutputPort(name), name)
+        builder.ExportOutput(self.station.GetOutputPort("contact_results"), "contact_results")

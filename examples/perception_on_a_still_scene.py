@@ -11,8 +11,8 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from quadpips_drake.diagrams.observed_station import ObservedStation
 from quadpips_drake.diagrams.perception_module import PerceptionModule
-from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.timing import StageTimings
@@ -22,7 +22,7 @@ from quadpips_drake.visualization.perception_picture import save_perception_pict
 def main(terrain_name: str = "stairs", robot_name: str = "anymal_c", picture: str = "perception.png") -> None:
     robot, terrain, timings = load_robot(robot_name), load_terrain(terrain_name), StageTimings()
     builder = DiagramBuilder()
-    station = builder.AddSystem(make_simulation_station(robot, terrain, StationConfig()))
+    station = builder.AddSystem(ObservedStation(robot, terrain))
     perception = builder.AddSystem(PerceptionModule(robot, station.camera_intrinsics, timings=timings))
     for name in ("depth_image", "robot_state"):
         builder.Connect(station.GetOutputPort(name), perception.GetInputPort(name))

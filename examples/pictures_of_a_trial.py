@@ -10,6 +10,7 @@ import argparse
 from pathlib import Path
 
 from quadpips_drake.cli.run import resolve_trial_config
+from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.trial import Trial
 from quadpips_drake.visualization.plan_meshes import base_mesh, course_mesh, foothold_mesh, region_mesh, swing_mesh
 from quadpips_drake.visualization.plots import save_plots
@@ -31,9 +32,9 @@ def main():
     moments = []
 
     def remember(time: float):
-        observation = trial.diagram.observe(trial.context)
+        observation = observe(trial.diagram, trial.context)
         if len(observation.reference.times):
-            moments.append((observation, trial.diagram.region_set(trial.context)))
+            moments.append((observation, read(trial.diagram, "region_set", trial.context)))
 
     verdict = trial.run(progress=remember)
     print(f"{verdict.reason}: {verdict.detail}")

@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
+from quadpips_drake.diagrams.observed_station import ObservedStation
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.terrain.library import load_terrain
 
@@ -20,7 +20,7 @@ from quadpips_drake.terrain.library import load_terrain
 def main(terrain_name: str = "stepping_stones", robot_name: str = "anymal_c", picture: str = "depth.png") -> None:
     robot = load_robot(robot_name)
     terrain = load_terrain(terrain_name)
-    station = make_simulation_station(robot, terrain, StationConfig())
+    station = ObservedStation(robot, terrain)
 
     simulator = Simulator(station)
     context = simulator.get_mutable_context()

@@ -22,9 +22,9 @@ from quadpips_drake.math.polygons import shrink
 from quadpips_drake.perception.superpixels.superpixels import SuperpixelConfig, segment_superpixels
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.values.images import EgocanImage
 from quadpips_drake.values.regions import RegionSet
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 CELL = 0.01
 """Side of a cell of the map [m]."""

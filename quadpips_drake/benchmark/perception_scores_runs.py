@@ -9,11 +9,12 @@ from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.benchmark.perception_scores import PerceptionSample, PerceptionScorer
 from quadpips_drake.diagrams.perception_module import PerceptionModule
-from quadpips_drake.diagrams.simulation_station import SimulationStation, standing_pose
+from quadpips_drake.diagrams.simulation_station import SimulationStation
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.estimation.pose_drift import drift_state, drifted_world
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.terrain.standing_pose import standing_pose
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.trial import Trial, TrialConfig
@@ -36,8 +37,8 @@ def score_walk(config: TrialConfig, progress: Callable[[float], None] | None = N
 
     Returns: the scorer, and how the trial ended (reason, detail, sim_time, timings_ms).
     """
-    if config.stages.region_source != "camera":
-        raise UserInputError("evaluate perception: stages.region_source must be camera, to have something to score")
+    if config.stages.region_source != "superpixels":
+        raise UserInputError("evaluate perception: stages.region_source must be superpixels, to have something to score")
     trial = Trial(config)
     scorer = PerceptionScorer(trial.terrain, config.stages.perception.superpixels)
 

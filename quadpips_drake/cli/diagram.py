@@ -63,9 +63,9 @@ def _builders() -> dict:
 
 
 def _station(robot, terrain):
-    from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
+    from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 
-    return make_simulation_station(robot, terrain, StationConfig())
+    return SimulationStation(robot, terrain, StationConfig())
 
 
 def _perception(robot, terrain):
@@ -78,21 +78,21 @@ def _perception(robot, terrain):
 def _planning(robot, terrain):
     from quadpips_drake.diagrams.planning_module import PlanningModule
 
-    return PlanningModule(robot, terrain.goal)
+    return PlanningModule(robot)
 
 
 def _tracking(robot, terrain):
-    from quadpips_drake.diagrams.tracking_module import make_tracking_module
+    from quadpips_drake.diagrams.tracking_module import TrackingModule
 
-    return make_tracking_module(robot)
+    return TrackingModule(robot)
 
 
 def _walk(robot, terrain):
     from quadpips_drake.control.references.walk_command import WalkCommand
-    from quadpips_drake.diagrams.walk import Walk
+    from quadpips_drake.diagrams.walk import WalkDiagram
     from quadpips_drake.faults.push_system import Push
 
-    return Walk(robot, terrain, [WalkCommand(gait="trot")], pushes=[Push()])
+    return WalkDiagram(robot, terrain, [WalkCommand(gait="trot")], pushes=[Push()])
 
 
 def _quadpips(robot, terrain):

@@ -145,12 +145,12 @@ def _station(terrain: str):
     import numpy as np
     from pydrake.systems.analysis import Simulator
 
-    from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
+    from quadpips_drake.diagrams.observed_station import ObservedStation
     from quadpips_drake.robots.robot_model import load_robot
     from quadpips_drake.terrain.library import load_terrain
 
     robot = load_robot("anymal_c")
-    station = make_simulation_station(robot, load_terrain(terrain), StationConfig())
+    station = ObservedStation(robot, load_terrain(terrain))
     simulator = Simulator(station)
     context = simulator.get_mutable_context()
     station.set_initial_state(context, 0.0, 0.0, 0.0)

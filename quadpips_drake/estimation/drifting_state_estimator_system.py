@@ -1,9 +1,9 @@
 """The drifting pose estimate as a system."""
 
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
 from quadpips_drake.estimation.pose_drift import PoseDriftConfig, drift_state, drifted_world
+from quadpips_drake.framework.ports import declare_input, declare_output
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -16,21 +16,22 @@ class DriftingStateEstimator(LeafSystem):
 
         name: DriftingStateEstimator
         input_ports:
-        - robot_state
+        - true_robot_state
         output_ports:
         - robot_state
 
-    - robot_state (input): RobotState, frame W.
-    - robot_state (output): the same state in frame O; joints, torques and contacts untouched; continuous.
+    - true_robot_state: RobotState without error, frame W.
+    - robot_state: the same state in frame O; joints, torques and contacts untouched; continuous.
     """
 
     def __init__(self, config: PoseDriftConfig, *, seed: int = 0):
         """``seed`` (not negative) chooses the directions of the drift."""
         super().__init__()
+        self.set_name("drifting_state_estimator")
         self._config, self._seed = config, seed
-        self._state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(RobotState.empty()))
-        self.DeclareAbstractOutputPort("robot_state", lambda: AbstractValue.Make(RobotState.empty()), self._calc_state)
+        self._state = declare_input(self, "true_robot_state", RobotState)
+        declare_output(self, "robot_state", RobotState, self._drift)
 
-    def _calc_state(self, context, output):
+    def _drift(self, context) -> RobotState:
         state = self._state.Eval(context)
-        output.set_value(drift_state(state, drifted_world(state.stamp, self._seed, self._config)))
+        return drift_state(state, drifted_world(state.stamp, self._seed, self._config))

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from pydrake.common.value import AbstractValue
 from pydrake.systems import framework
-from pydrake.systems.framework import InputPort, LeafSystem, OutputPort, PortDataType
+from pydrake.systems.framework import InputPort, LeafSystem, OutputPort, PortDataType, System
 
 
 class WiringError(TypeError):
@@ -80,6 +80,52 @@ def check_connection(source: OutputPort, target: InputPort) -> None:
             f"the output {full_name(source)} carries {given.__name__}, which cannot be wired to the input "
             f"{full_name(target)}: it takes {wanted.__name__}"
         )
+
+
+def connect_by_name(builder: framework.DiagramBuilder, system: System, sources: dict[str, OutputPort]) -> None:
+    """Connects each input port of ``system`` to the source of the same name.
+
+    Inputs that ``system.optional_inputs`` names may remain without a source.
+
+    Raises:
+        WiringError: nothing feeds an input, or a source carries values of another type.
+    """
+    optional = getattr(system, "optional_inputs", ())
+    for index in range(system.num_input_ports()):
+        port = system.get_input_port(index)
+        name = port.get_name()
+        if name in sources:
+            builder.Connect(sources[name], port)
+        elif name not in optional:
+            raise WiringError(f"nothing feeds the input {full_name(port)}; there are: {', '.join(sorted(sources))}")
+
+
+def input_names(system: System) -> list[str]:
+    """Names of all input ports of ``system``."""
+    return [system.get_input_port(index).get_name() for index in range(system.num_input_ports())]
+
+
+def output_names(system: System) -> list[str]:
+    """Names of all output ports of ``system``."""
+    return [system.get_output_port(index).get_name() for index in range(system.num_output_ports())]
+
+
+def output_of(system: System, name: str, kind: type) -> OutputPort:
+    """Returns the output port ``name`` of ``system``.
+
+    Raises:
+        WiringError: there is none, or its values are not of type ``kind``.
+    """
+    who = system.get_name() or type(system).__name__
+    if not system.HasOutputPort(name):
+        raise WiringError(f"{who} has no output port '{name}' ({kind.__name__})")
+    port = system.GetOutputPort(name)
+    found = value_type(port)
+    if found is None or not issubclass(found, kind):
+        raise WiringError(
+            f"the output {full_name(port)} must carry {kind.__name__}, not {found.__name__ if found else 'a vector'}"
+        )
+    return port
 
 
 class DiagramBuilder(framework.DiagramBuilder):

@@ -30,6 +30,8 @@ class Entry:
     """Dataclass of its settings, with defaults; None: there is nothing to set."""
     summary: str = ""
     """One line for lists."""
+    section: str = ""
+    """Key of its settings below ``stages`` in config.yaml; default: the name."""
     name: str = ""
     """Filled in by the registry."""
 
@@ -42,16 +44,17 @@ class Registry:
         self.kind, self.group = kind, group
         self._entries: dict[str, Entry] = {}
 
-    def add(self, name: str, factory: Callable, config: type | None = None, *, summary: str = "") -> Entry:
-        """Adds an entry, or replaces the one of that name.
+    def add(
+        self, name: str, factory: Callable, config: type | None = None, *, summary: str = "", section: str = ""
+    ) -> Entry:
+        """Adds an entry, or replaces the one of that name; for the arguments see ``Entry``.
 
         Raises:
             UserInputError: the name cannot be used as one on the command line.
         """
         if not isinstance(name, str) or not name.replace("-", "_").isidentifier():
             raise UserInputError(f"a {self.kind} cannot be called {name!r}; use a letter, then letters, digits, '_' and '-'")
-        self._entries[name] = Entry(factory, config, summary, name)
-        return self._entries[name]
+        return self._keep(name, Entry(factory, config, summary, section))
 
     def remove(self, name: str) -> None:
         """Takes an entry out; one that is not there is no mistake."""
@@ -77,11 +80,16 @@ class Registry:
                 raise UserInputError(
                     f"the {self.kind} '{name}' is brought by several packages ({places}); uninstall all but one"
                 )
-            self._entries[name] = replace(self._loaded(*points.values()), name=name)
+            self._keep(name, self._loaded(*points.values()))
         return self._entries[name]
 
     def __contains__(self, name: str) -> bool:
         return name in self.names()
+
+    def _keep(self, name: str, entry: Entry) -> Entry:
+        section = entry.section or name.replace("-", "_")
+        self._entries[name] = replace(entry, name=name, section=section)
+        return self._entries[name]
 
     def _entry_points(self):
         return metadata.entry_points(group=self.group)

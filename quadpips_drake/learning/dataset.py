@@ -10,7 +10,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.files import read_json
 from quadpips_drake.learning.dataset_config import SPLITS
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.sensing import CameraIntrinsics
 from quadpips_drake.values.steppability import Steppability
 
 MANIFEST = "manifest.json"

@@ -22,3 +22,8 @@ class PerceptionConfig:
     egocan: EgocanConfig = field(default_factory=EgocanConfig)
     superpixels: SuperpixelConfig = field(default_factory=SuperpixelConfig)
     regions: RegionConfig = field(default_factory=RegionConfig)
+
+
+def steppable_perception() -> PerceptionConfig:
+    """Perception with the steppability network, as in whole runs; by itself the module judges ground by its geometry."""
+    return PerceptionConfig(steppability=SteppabilityConfig(enabled=True))

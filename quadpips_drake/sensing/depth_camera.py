@@ -21,7 +21,7 @@ from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_description import CameraMount
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 _RENDERER = "depth"
 
@@ -36,8 +36,6 @@ class DepthCameraConfig:
     """[pixels]"""
     horizontal_fov: float = 1.48702
     """Horizontal field of view [rad] (85.2 degrees)."""
-    rate: float = 30.0
-    """Frames per second, by which perception samples the image [Hz]."""
     min_range: float = 0.1
     """Least depth that is measured [m]."""
     max_range: float = 3.0
@@ -48,8 +46,6 @@ class DepthCameraConfig:
             raise UserInputError(f"camera: width and height must be 8..4096 pixels, got {self.width} x {self.height}")
         if not 0.1 <= self.horizontal_fov <= 2.8:
             raise UserInputError(f"camera: horizontal_fov must be 0.1..2.8 rad, got {self.horizontal_fov}")
-        if not 0 < self.rate <= 1000:
-            raise UserInputError(f"camera: rate must be above 0 and at most 1000 Hz, got {self.rate}")
         if not 0.01 <= self.min_range < self.max_range:
             raise UserInputError(f"camera: need 0.01 <= min_range < max_range, got {self.min_range} and {self.max_range}")
 

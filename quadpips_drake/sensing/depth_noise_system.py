@@ -7,7 +7,7 @@ from pydrake.systems.sensors import ImageDepth32F
 
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig, add_depth_noise
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 
 class DepthNoise(LeafSystem):

@@ -8,7 +8,7 @@ from numba import njit
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.robot_shapes import CYLINDER, load_robot_shapes
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 _NEAR = 0.05
 """No camera measures a depth below this [m]."""

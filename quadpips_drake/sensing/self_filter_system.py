@@ -8,8 +8,8 @@ from pydrake.systems.sensors import ImageDepth32F
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.self_filter import SelfFilterConfig, find_own_body
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.values.robot_state import RobotState
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 
 class SelfFilter(LeafSystem):

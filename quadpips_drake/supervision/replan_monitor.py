@@ -8,14 +8,13 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
-from quadpips_drake.values.plans import FootholdPlan, PlanRequest, StageStatus
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
-from quadpips_drake.values.safety_status import SafetyStatus
+from quadpips_drake.values.status import SafetyStatus, StageStatus
 
 _PUBLICATION_TIME = 0.05
 """How long after its status a reference is published at the latest [s]."""
-PHASES = ("standing_up", "pausing", "planning", "walking", "recovering", "goal_reached", "no_plan")
 
 
 @dataclass

@@ -4,15 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.immutable import ImmutableValue
-from quadpips_drake.values.plans import FootholdPlan, MonitorStatus, PlanRequest, StageStatus
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
-from quadpips_drake.values.safety_status import SafetyStatus
+from quadpips_drake.values.status import PlannerPhase, PlannerStatus, SafetyStatus, StageStatus
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +19,7 @@ class _Memory(ImmutableValue):
     """What the system remembers: the monitor, and what it last told the world."""
 
     monitor: Monitor
-    status: MonitorStatus
+    status: PlannerStatus
 
 
 class ReplanMonitor(Stage):
@@ -35,6 +34,7 @@ class ReplanMonitor(Stage):
         name: ReplanMonitor
         input_ports:
         - robot_state
+        - goal
         - reference
         - foothold_plan
         - trajectory_status (optional)
@@ -45,6 +45,7 @@ class ReplanMonitor(Stage):
         - abort
 
     - robot_state: RobotState, frame W.
+    - goal: x, y in W [m], vector (2,); it may move: the next request is for where it is then.
     - reference: WholeBodyReference that is being followed, in absolute time, frame W; without samples (request id 0) while
       there is none.
     - foothold_plan: FootholdPlan, frame W; a failed one for the request ends it.
@@ -52,29 +53,25 @@ class ReplanMonitor(Stage):
     - safety_status (optional): SafetyStatus; while it is unstable there is nothing to follow. Missing: always stable and at
       rest.
     - plan_request: PlanRequest for the goal, frame W; a new id for each plan, 0 before the first.
-    - status: MonitorStatus: phase, reason, counters and the distance to the goal [m].
+    - status: PlannerStatus: phase, reason, counters and the distance to the goal [m].
     - abort: bool; True while the robot recovers, in which time there is nothing to follow.
 
     All outputs are updated at ``config.rate`` (10 Hz).
     """
 
-    def __init__(self, goal, config: MonitorConfig | None = None, *, timings: StageTimings | None = None):
-        """``goal``: x, y in W [m]."""
-        goal = np.array(goal, dtype=float)
-        if goal.shape != (2,) or not np.isfinite(goal).all():
-            raise UserInputError(f"the goal must be two finite numbers x, y [m], not {goal}")
-        first = Monitor(PlanRequest(0, 0.0, goal))
-        memory = _Memory(first, MonitorStatus(0.0, first.phase, first.reason))
+    def __init__(self, config: MonitorConfig | None = None, *, timings: StageTimings | None = None):
+        first = Monitor(PlanRequest(0, 0.0, np.zeros(2)))
+        memory = _Memory(first, PlannerStatus(0.0, PlannerPhase(first.phase), first.reason))
         super().__init__("replan_monitor", config or MonitorConfig(), memory=memory, timings=timings)
-        self._goal = goal
         self.declare_input("robot_state", RobotState)
+        self.declare_vector_input("goal", 2)
         self.declare_input("reference", WholeBodyReference)
         self.declare_input("foothold_plan", FootholdPlan)
         self.declare_input("trajectory_status", StageStatus, default=StageStatus.empty())
         self.declare_input("safety_status", SafetyStatus, default=SafetyStatus.empty())
         self.declare_output("plan_request", PlanRequest, lambda memory: memory.monitor.request)
-        self.declare_output("status", MonitorStatus, lambda memory: memory.status)
-        self.declare_output("abort", bool, lambda memory: memory.monitor.phase == "recovering")
+        self.declare_output("status", PlannerStatus, lambda memory: memory.status)
+        self.declare_output("abort", bool, lambda memory: memory.monitor.phase == PlannerPhase.RECOVERING)
 
     def update(self, inputs: Inputs, memory: _Memory, time: float) -> _Memory:
         """Looks at the situation."""
@@ -84,17 +81,20 @@ class ReplanMonitor(Stage):
             reference=inputs.reference,
             foothold_plan=inputs.foothold_plan,
             trajectory_status=inputs.trajectory_status,
-            goal=self._goal,
+            goal=np.array(inputs.goal),
             safety=inputs.safety_status,
         )
         monitor = advance(memory.monitor, now, self.config)
-        status = MonitorStatus(
+        status = PlannerStatus(
             stamp=now.time,
-            phase=monitor.phase,
+            phase=PlannerPhase(monitor.phase),
             reason=monitor.reason,
             replans=monitor.replans,
-            aborts=monitor.aborts,
-            failed_plans=monitor.failed_plans,
+            fallbacks={
+                "failed_plans": monitor.failed_plans,
+                "aborted_references": monitor.aborts,
+                "swing_trajectory": now.trajectory_status.fallbacks,
+            },
             distance_to_goal=now.distance_to_goal,
         )
         return _Memory(monitor, status)

@@ -14,7 +14,7 @@ from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import NUM_LEGS, Leg
 from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.robot_state import RobotState
-from quadpips_drake.values.safety_status import SAFETY_EVENTS, SafetyStatus
+from quadpips_drake.values.status import SAFETY_EVENTS, SafetyStatus
 
 
 @dataclass

@@ -15,6 +15,8 @@ from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.judge import JudgeConfig, TrialJudge, Verdict
 from quadpips_drake.trials.result import TrialResult, installed_versions
 from quadpips_drake.trials.trial_log import TrialLog
+from quadpips_drake.visualization.meshcat_layers import draw_course
+from quadpips_drake.visualization.recording import make_quiet_meshcat, save_recording, start_recording
 
 _START_STREAM = 1
 """Separates the random numbers of the start from those of the sensors, which come from the same seed."""
@@ -77,6 +79,10 @@ class SimulatedTrial:
         self.verdict: Verdict | None = None
         self.wall_time = 0.0
         self.traceback = ""
+
+    def title(self) -> str:
+        """What the trial is, for people."""
+        return f"{self.robot.name} on {self.terrain.name}"
 
     def sample(self) -> Verdict | None:
         """Logs the present moment and judges it."""
@@ -181,8 +187,6 @@ def record_trial(
         (out / stale).unlink(missing_ok=True)
     save_config(config, out / "config.yaml")
     if recording and meshcat is None:
-        from quadpips_drake.visualization.recording import make_quiet_meshcat
-
         meshcat = make_quiet_meshcat()
     try:
         trial = kind(config, meshcat=meshcat, **options)
@@ -191,9 +195,9 @@ def record_trial(
         TrialResult(False, "error", config.robot, config.terrain, seed=config.seed, **refused).save(out / "result.json")
         raise
     if meshcat is not None:
-        trial.diagram.draw_course()
+        draw_course(meshcat, trial.terrain)
     if recording:
-        trial.diagram.start_recording()
+        start_recording(meshcat)
     try:
         trial.run(progress)
     finally:
@@ -203,5 +207,5 @@ def record_trial(
         if trial.traceback:
             (out / "error.txt").write_text(trial.traceback, encoding="utf-8")
         if recording:
-            trial.diagram.save_recording(out / "recording.html")
+            save_recording(meshcat, out / "recording.html", title=trial.title())
     return result

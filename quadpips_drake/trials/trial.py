@@ -6,19 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
+from quadpips_drake.diagrams.planners import planners
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram
-from quadpips_drake.errors import UserInputError, unknown_name
+from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.supervision.replan_monitor import PHASES
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.placement import problem_with_goal, problem_with_start
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
+from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, record_trial
-
-PLANNERS = ("quadpips",)
 
 
 @dataclass
@@ -34,8 +33,7 @@ class TrialConfig(SimulationConfig):
 
     def __post_init__(self):
         super().__post_init__()
-        if self.planner not in PLANNERS:
-            raise unknown_name("planner", self.planner, PLANNERS)
+        planners.get(self.planner)
         if self.goal and len(self.goal) != 2:
             raise UserInputError("goal must be X,Y (m)")
         if not np.isfinite(self.goal).all():
@@ -55,22 +53,28 @@ class Trial(SimulatedTrial):
         if problem:
             raise UserInputError(problem)
         timings = StageTimings()
-        diagram = QuadpipsDiagram(robot, terrain, config.stages, seed=config.seed, timings=timings, meshcat=meshcat)
+        diagram = QuadpipsDiagram(
+            robot,
+            terrain,
+            config.stages,
+            planner=config.planner,
+            seed=config.seed,
+            timings=timings,
+            meshcat=meshcat,
+        )
         super().__init__(config, terrain, diagram, timings, TrialJudge(terrain, config.judge))
-        self._swing_plans: dict = {}
 
     def sample(self) -> Verdict | None:
         """Logs the present moment and judges it."""
-        observation = self.diagram.observe(self.context)
+        observation, status = observe(self.diagram, self.context), read(self.diagram, "status", self.context)
         state = observation.robot_state
-        self._swing_plans[observation.swing_plan.reference.request_id] = observation.swing_plan
-        self.log.append(state, observation.foot_positions, observation.reference, phase=PHASES.index(observation.phase))
+        self.log.append(state, observation.foot_positions, observation.reference, phase=status.phase.number)
         initial = np.linalg.norm(self.start[:2] - np.asarray(self.terrain.goal))
         self.note_progress(state.stamp, 1.0 - self.judge.distance_to_goal(state) / max(initial, 1e-9))
         bottoms = self.robot.soles_W(observation.foot_positions)
         verdict = self.judge(state, bottoms, observation.body_touches)
-        if verdict is None and observation.gave_up:
-            verdict = Verdict("no_plan", observation.gave_up)
+        if verdict is None and status.gave_up:
+            verdict = Verdict("no_plan", status.reason)
         return verdict
 
     def time_is_up(self) -> Verdict:
@@ -79,17 +83,16 @@ class Trial(SimulatedTrial):
 
     def result(self, **more) -> TrialResult:
         """Returns what is known so far."""
-        observation = self.diagram.observe(self.context)
+        observation, status = observe(self.diagram, self.context), read(self.diagram, "status", self.context)
         arrays = self.log.arrays()
-        swing_fallbacks = sum(plan.fallbacks for plan in self._swing_plans.values())
         if len(self.log):
             feet = arrays["foot_positions"]
             more["footholds"] = foothold_statistics(self.log.references, arrays["time"], feet, arrays["contacts"])
         return super().result(
             planner=self.config.planner,
             distance_to_goal=round(self.judge.distance_to_goal(observation.robot_state), 4),
-            replans=observation.replans,
-            fallbacks={**observation.fallbacks, "swing_trajectory": swing_fallbacks},
+            replans=status.replans,
+            fallbacks={**status.fallbacks, **observation.fallbacks},
             **more,
         )
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from quadpips_drake.control.references.walk_command import WalkCommand, check_commands
-from quadpips_drake.diagrams.walk import Walk, WalkConfig
+from quadpips_drake.diagrams.walk import WalkConfig, WalkDiagram
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.faults.push_system import Push, check_pushes, force_at
 from quadpips_drake.gaits.gaits import GAITS
@@ -15,6 +15,7 @@ from quadpips_drake.terrain.placement import problem_with_start
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
+from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, record_trial
 from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
@@ -68,12 +69,13 @@ class WalkTrial(SimulatedTrial):
         if problem:
             raise UserInputError(problem)
         timings = StageTimings()
-        diagram = Walk(
+        diagram = WalkDiagram(
             robot,
             terrain,
             config.commands,
             config.stages,
             pushes=config.pushes,
+            seed=config.seed,
             timings=timings,
             meshcat=meshcat,
             panel=panel,
@@ -86,18 +88,18 @@ class WalkTrial(SimulatedTrial):
 
     def sample(self) -> Verdict | None:
         """Logs the present moment and judges it."""
-        seen = self.diagram.observe(self.context)
+        seen = observe(self.diagram, self.context)
         state = seen.robot_state
         self._footholds.note(seen.reference, state.stamp)
         self.log.append(
             state,
             seen.foot_positions,
             seen.reference,
-            velocity_command=seen.velocity_command,
-            gait=list(GAITS).index(seen.gait),
+            velocity_command=read(self.diagram, "velocity_command", self.context),
+            gait=list(GAITS).index(read(self.diagram, "gait", self.context)),
             push=force_at(self.config.pushes, state.stamp),
-            planned_forces=seen.planned_forces,
-            foot_modes=seen.foot_modes,
+            planned_forces=seen.command.forces,
+            foot_modes=seen.command.foot_modes,
         )
         self.note_progress(state.stamp, state.stamp / self.config.duration)
         bottoms = self.robot.soles_W(seen.foot_positions)
@@ -109,7 +111,7 @@ class WalkTrial(SimulatedTrial):
 
     def result(self, **more) -> TrialResult:
         """Returns what is known so far."""
-        seen = self.diagram.observe(self.context)
+        seen = observe(self.diagram, self.context)
         if len(self.log):
             self.log.references = [self._footholds.reference(seen.robot_state.stamp)]
             arrays = self.log.arrays()

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.values.immutable import ImmutableValue
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,10 +1,11 @@
 """Values that planning passes on: a request, a torso path, a sequence of stances."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from quadpips_drake.values.immutable import ImmutableValue
+from quadpips_drake.values.legs import NUM_LEGS
 from quadpips_drake.values.regions import RegionSet
 
 _NOTHING_ASKED = "nothing was asked for yet"
@@ -104,43 +105,38 @@ class FootholdPlan(ImmutableValue):
     def success(self) -> bool:
         return len(self.stances) > 1
 
-
-@dataclass(frozen=True, eq=False)
-class StageStatus(ImmutableValue):
-    """What became of one request in a stage that reports failures apart from its result."""
-
-    stamp: float
-    request_id: int
-    """The request that this is about; 0 before the first."""
-    ok: bool
-    reason: str = ""
-    """Why not; empty when ok."""
-
-    @staticmethod
-    def empty() -> "StageStatus":
-        """Before the first request."""
-        return StageStatus(-np.inf, 0, True)
+    def sketch(self) -> "PlanSketch":
+        """What there is to draw of it."""
+        if not self.success:
+            return PlanSketch(self.stamp, self.request_id)
+        return PlanSketch(
+            stamp=self.stamp,
+            id=self.request_id,
+            points=np.concatenate([stance.footholds for stance in self.stances]),
+            normals=np.concatenate([stance.normals for stance in self.stances]),
+            legs=np.tile(np.arange(NUM_LEGS), len(self.stances)),
+            waypoint=None if self.waypoint is None else self.waypoint[:3],
+        )
 
 
 @dataclass(frozen=True, eq=False)
-class MonitorStatus(ImmutableValue):
-    """What the replan monitor makes of the situation."""
+class PlanSketch(ImmutableValue):
+    """What there is to draw of a plan, whoever made it; frame W."""
 
     stamp: float
-    phase: str
-    """standing_up, pausing, planning, walking, recovering, goal_reached or no_plan."""
-    reason: str = ""
-    """Why it is in this phase, in words."""
-    replans: int = 0
-    """Plans asked for after the first."""
-    aborts: int = 0
-    """References given up because the robot became unstable."""
-    failed_plans: int = 0
-    """Requests that ended without a reference."""
-    distance_to_goal: float = float("nan")
-    """Of the base, in xy [m]."""
+    """Time of the plan [s]."""
+    id: int = 0
+    """A new one for each plan."""
+    points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Ground points of planned footholds [m], (n, 3)."""
+    normals: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Upward unit normals of the ground there, (n, 3)."""
+    legs: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
+    """The Leg of each, int (n,)."""
+    waypoint: np.ndarray | None = None
+    """Where the plan leads the base [m], (3,)."""
 
     @staticmethod
-    def empty() -> "MonitorStatus":
-        """Before the monitor looked for the first time."""
-        return MonitorStatus(-np.inf, "standing_up")
+    def empty() -> "PlanSketch":
+        """There is no plan yet."""
+        return PlanSketch(-np.inf)

@@ -8,7 +8,7 @@ from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.images import AffordanceImage
 from quadpips_drake.values.legs import Leg
-from quadpips_drake.values.plans import FootholdPlan
+from quadpips_drake.values.plans import PlanSketch
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.values.steppability import Steppability
@@ -94,15 +94,13 @@ def base_mesh(reference: WholeBodyReference, tube_radius: float = 0.008, samples
     return mesh
 
 
-def stance_mesh(plan: FootholdPlan, disc_radius: float = 0.045) -> ColorMesh:
-    """The ground points of all stances of a foothold plan as discs, and a ball at the torso waypoint."""
+def plan_mesh(plan: PlanSketch, disc_radius: float = 0.045) -> ColorMesh:
+    """The planned footholds as discs on the ground, and a ball at the waypoint of the base."""
     mesh = ColorMesh()
-    for stance in plan.stances:
-        for leg in Leg:
-            point, normal = stance.footholds[leg], stance.normals[leg]
-            mesh.add_disc(point + 1.5 * LIFT * normal, normal, disc_radius, LEG_COLORS[leg])
+    for point, normal, leg in zip(plan.points, plan.normals, plan.legs, strict=True):
+        mesh.add_disc(point + 1.5 * LIFT * normal, normal, disc_radius, LEG_COLORS[Leg(leg)])
     if plan.waypoint is not None:
-        mesh.add_ball(plan.waypoint[:3], 0.05, WAYPOINT_COLOR)
+        mesh.add_ball(plan.waypoint, 0.05, WAYPOINT_COLOR)
     return mesh
 
 

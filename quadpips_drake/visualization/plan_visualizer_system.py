@@ -8,9 +8,10 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import EventStatus, LeafSystem
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.ports import declare_input
 from quadpips_drake.values.images import AffordanceImage
 from quadpips_drake.values.immutable import ImmutableValue
-from quadpips_drake.values.plans import FootholdPlan
+from quadpips_drake.values.plans import PlanSketch
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.visualization.meshcat_layers import MeshcatLayers
@@ -18,8 +19,8 @@ from quadpips_drake.visualization.plan_meshes import (
     base_mesh,
     foothold_mesh,
     label_points,
+    plan_mesh,
     region_mesh,
-    stance_mesh,
     swing_mesh,
 )
 
@@ -74,15 +75,14 @@ class PlanVisualizer(LeafSystem):
         input_ports:
         - region_set (optional)
         - reference (optional)
-        - foothold_plan (optional)
+        - plan (optional)
         - affordance_image (optional)
         output_ports: []
 
     - region_set (optional): RegionSet, frame W; drawn with each new reference and otherwise every ``region_period``. An
       empty one is not drawn.
     - reference (optional): WholeBodyReference, frame W; drawn when it changes. One without samples is not drawn.
-    - foothold_plan (optional): FootholdPlan, frame W; its stances are drawn as discs when it changes. A failed one is not
-      drawn.
+    - plan (optional): PlanSketch, frame W; its footholds are drawn as discs when it changes. One without any is not drawn.
     - affordance_image (optional): AffordanceImage; its labelled points are drawn every ``label_period``: green where a foot
       can stand, yellow what it clears, red what it must avoid. Points without a label are not drawn.
     """
@@ -93,11 +93,10 @@ class PlanVisualizer(LeafSystem):
         self._robot = robot
         self._config = config or PlanVisualizerConfig()
         self._layers = MeshcatLayers(meshcat, keep_history=self._config.keep_history)
-        empty = WholeBodyReference.empty(0.0)
-        self._region_set = self.DeclareAbstractInputPort("region_set", AbstractValue.Make(RegionSet(0.0)))
-        self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(empty))
-        self._foothold_plan = self.DeclareAbstractInputPort("foothold_plan", AbstractValue.Make(FootholdPlan(0.0, 0)))
-        self._image = self.DeclareAbstractInputPort("affordance_image", AbstractValue.Make(AffordanceImage.empty()))
+        self._region_set = declare_input(self, "region_set", RegionSet)
+        self._reference = declare_input(self, "reference", WholeBodyReference)
+        self._plan = declare_input(self, "plan", PlanSketch)
+        self._image = declare_input(self, "affordance_image", AffordanceImage)
         self._drawn = self.DeclareAbstractState(AbstractValue.Make(_Drawn()))
         self.DeclarePeriodicUnrestrictedUpdateEvent(self._config.period, 0.0, self._look)
 
@@ -108,8 +107,8 @@ class PlanVisualizer(LeafSystem):
         after = dict(vars(before))
         if self._reference.HasValue(context):
             self._draw_reference(self._reference.Eval(context), time, before, after)
-        if self._foothold_plan.HasValue(context):
-            self._draw_foothold_plan(self._foothold_plan.Eval(context), time, before, after)
+        if self._plan.HasValue(context):
+            self._draw_plan(self._plan.Eval(context), time, before, after)
         if self._region_set.HasValue(context):
             new_plan = after["reference"] != before.reference
             self._draw_regions(self._region_set.Eval(context), time, new_plan, before, after)
@@ -128,11 +127,11 @@ class PlanVisualizer(LeafSystem):
         self._layers.replace("base_reference", number, base_mesh(reference), time)
         after |= {"reference": number, "reference_key": key}
 
-    def _draw_foothold_plan(self, plan: FootholdPlan, time: float, before: _Drawn, after: dict):
-        key = (plan.request_id, plan.stamp)
-        if not plan.success or key == before.plan_key:
+    def _draw_plan(self, plan: PlanSketch, time: float, before: _Drawn, after: dict):
+        key = (plan.id, plan.stamp)
+        if len(plan.points) == 0 or key == before.plan_key:
             return
-        self._layers.replace("stances", before.plan + 1, stance_mesh(plan), time)
+        self._layers.replace("stances", before.plan + 1, plan_mesh(plan), time)
         after |= {"plan": before.plan + 1, "plan_key": key}
 
     def _draw_regions(self, regions: RegionSet, time: float, new_plan: bool, before: _Drawn, after: dict):

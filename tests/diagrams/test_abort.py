@@ -7,10 +7,11 @@ from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.control.references.walk_command import WalkCommand
 from quadpips_drake.control.whole_body.whole_body_methods import MethodSolution, WeightedMethod
-from quadpips_drake.diagrams.walk import Walk, WalkConfig
+from quadpips_drake.diagrams.walk import WalkConfig, WalkDiagram
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.supervision.safety import SafetyConfig, fall_reason
 from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.trials.observation import observe
 from quadpips_drake.values.whole_body_command import FootMode
 
 pytestmark = pytest.mark.slow
@@ -18,7 +19,7 @@ pytestmark = pytest.mark.slow
 
 def walking(name, time, config=None):
     """A robot that trots on flat ground, ``time`` [s] after it was put down."""
-    walk = Walk(load_robot(name), load_terrain("flat"), [WalkCommand(0.1, "trot", [0.4, 0.0, 0.0])], config)
+    walk = WalkDiagram(load_robot(name), load_terrain("flat"), [WalkCommand(0.1, "trot", [0.4, 0.0, 0.0])], config)
     simulator = Simulator(walk)
     context = simulator.get_mutable_context()
     walk.set_initial_state(context, [0.0, 0.0, 0.0])
@@ -29,22 +30,22 @@ def walking(name, time, config=None):
 @pytest.mark.parametrize(("name", "time"), [("anymal_c", 1.8), ("go2", 1.65)])
 def test_an_abort_in_mid_stride_ends_in_standing(name, time):
     walk, simulator, context = walking(name, time)
-    before = walk.observe(context)
-    assert np.count_nonzero(before.foot_modes == FootMode.SWING) == 2
+    before = observe(walk, context)
+    assert np.count_nonzero(before.command.foot_modes == FootMode.SWING) == 2
     assert before.robot_state.v_WB[0] > 0.2
     tracking = walk.tracking.GetMyMutableContextFromRoot(context)
     walk.tracking.GetInputPort("abort").FixValue(tracking, AbstractValue.Make(True))
     simulator.AdvanceTo(time + 0.03)
-    assert np.count_nonzero(walk.observe(context).foot_modes == FootMode.SEARCH) >= 1
+    assert np.count_nonzero(observe(walk, context).command.foot_modes == FootMode.SEARCH) >= 1
     largest_tilt = 0.0
     for moment in np.arange(time + 0.05, time + 1.0, 0.05):
         simulator.AdvanceTo(moment)
-        state = walk.observe(context).robot_state
+        state = observe(walk, context).robot_state
         largest_tilt = max(largest_tilt, np.abs(state.rpy_WB[:2]).max())
         assert fall_reason(state, walk.robot, SafetyConfig()) == ""
     assert largest_tilt < 0.15
     assert state.contacts.all() and np.linalg.norm(state.v_WB) < 0.1
-    assert np.all(walk.observe(context).foot_modes == FootMode.STANCE)
+    assert np.all(observe(walk, context).command.foot_modes == FootMode.STANCE)
 
 
 def test_after_an_event_the_walk_begins_anew():
@@ -54,13 +55,13 @@ def test_after_an_event_the_walk_begins_anew():
     counts = {}
     while not counts and context.get_time() < 2.0:
         simulator.AdvanceTo(context.get_time() + 0.05)
-        counts = walk.observe(context).fallbacks
+        counts = observe(walk, context).fallbacks
         counts = {event: count for event, count in counts.items() if event.startswith("unstable")}
     assert counts == {"unstable_slip": 1}
     config.tracking.safety.max_slip = 0.1
-    stopped = walk.observe(context).robot_state.p_WB[0]
+    stopped = observe(walk, context).robot_state.p_WB[0]
     simulator.AdvanceTo(context.get_time() + 2.5)
-    now = walk.observe(context)
+    now = observe(walk, context)
     assert fall_reason(now.robot_state, walk.robot, SafetyConfig()) == ""
     assert now.robot_state.p_WB[0] > stopped + 0.1
     assert now.fallbacks["unstable_slip"] == 1
@@ -73,13 +74,13 @@ def test_programs_that_fail_for_a_tenth_of_a_second_do_not_make_it_fall(name, mo
     with monkeypatch.context() as patch:
         patch.setattr(WeightedMethod, "solve_matrices", lambda *args: failed)
         simulator.AdvanceTo(1.9)
-    assert walk.observe(context).fallbacks["wbc"] == pytest.approx(50, abs=1)
+    assert observe(walk, context).fallbacks["wbc"] == pytest.approx(50, abs=1)
     for moment in np.arange(1.95, 2.9, 0.05):
         simulator.AdvanceTo(moment)
-        state = walk.observe(context).robot_state
+        state = observe(walk, context).robot_state
         assert np.abs(state.rpy_WB[:2]).max() < 0.2
         assert fall_reason(state, walk.robot, SafetyConfig()) == ""
-    assert walk.observe(context).fallbacks["wbc"] <= 51
+    assert observe(walk, context).fallbacks["wbc"] <= 51
     assert state.v_WB[0] > 0.2
 
 
@@ -87,7 +88,7 @@ def test_the_strict_hierarchy_walks():
     config = WalkConfig()
     config.tracking.wbc.method = "hierarchical"
     walk, _, context = walking("anymal_c", 1.8, config)
-    now = walk.observe(context)
+    now = observe(walk, context)
     assert now.fallbacks["wbc"] == 0
     assert np.abs(now.robot_state.rpy_WB[:2]).max() < 0.1
     assert now.robot_state.v_WB[0] > 0.2

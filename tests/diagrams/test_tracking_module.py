@@ -5,14 +5,14 @@ import pytest
 
 from quadpips_drake.control.references.walk_command import WalkCommand
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
-from quadpips_drake.diagrams.tracking_module import TrackingConfig, make_tracking_module
+from quadpips_drake.diagrams.tracking_module import TrackingConfig, TrackingModule
 from quadpips_drake.faults.control_faults import ControlFaultConfig
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
 
 
 def test_ports_have_their_names():
-    module = make_tracking_module(load_robot("go2"))
+    module = TrackingModule(load_robot("go2"))
     inputs = [module.get_input_port(i).get_name() for i in range(module.num_input_ports())]
     outputs = [module.get_output_port(i).get_name() for i in range(module.num_output_ports())]
     assert inputs == ["robot_state", "reference", "abort"]
@@ -22,7 +22,7 @@ def test_ports_have_their_names():
 @pytest.mark.parametrize("faults", [ControlFaultConfig(), ControlFaultConfig(outage_start=[1.0])])
 def test_both_controllers_agree_on_early_touch_downs(faults):
     wbc = WbcConfig(early_contact_phase=0.75)
-    module = make_tracking_module(load_robot("go2"), TrackingConfig(wbc=wbc, faults=faults))
+    module = TrackingModule(load_robot("go2"), TrackingConfig(wbc=wbc, faults=faults))
     assert module.GetSubsystemByName("centroidal_mpc")._mpc._early_contact_phase == 0.75
 
 

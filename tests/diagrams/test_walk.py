@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.control.references.walk_command import WalkCommand
-from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
+from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.diagrams.walk import WalkConfig
 from quadpips_drake.faults.model_errors import ModelErrorConfig
 from quadpips_drake.faults.push_system import Push, force_at
@@ -15,7 +15,7 @@ from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
 
 def _station(**errors):
     robot = load_robot("go2")
-    station = make_simulation_station(robot, load_terrain("flat"), StationConfig(model_error=ModelErrorConfig(**errors)))
+    station = SimulationStation(robot, load_terrain("flat"), StationConfig(model_error=ModelErrorConfig(**errors)))
     context = station.CreateDefaultContext()
     station.set_initial_state(context, 0.0, 0.0, 0.0)
     return robot, station, context

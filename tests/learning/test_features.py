@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.perception.steppability.features import CHANNELS, make_features, scaled_intrinsics
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.sensing import CameraIntrinsics
 from tests.learning.small import DOWN_C, SMALL, floor_depth
 
 

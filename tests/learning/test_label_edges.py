@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.perception.steppability.label_edges import MIN_RUN, REACH, move_borders_to_edges
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 SIZE = (60, 80)
 CAMERA = CameraIntrinsics(SIZE[1], SIZE[0], 80.0, 80.0, 39.5, 29.5)

@@ -6,8 +6,8 @@ from quadpips_drake.perception.egocan.egocan import begin_memory, draw_egocan, u
 from quadpips_drake.perception.normals.normals import clean_depth, estimate_normals
 from quadpips_drake.perception.regions.region_extraction import extract_regions
 from quadpips_drake.perception.superpixels.superpixels import segment_superpixels
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.values.images import AffordanceImage
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 FOOT_RADIUS = 0.03
 FEET = np.array([[0.36, 0.26, 0.0], [0.36, -0.26, 0.0], [-0.36, 0.26, 0.0], [-0.36, -0.26, 0.0]])

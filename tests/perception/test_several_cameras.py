@@ -7,8 +7,9 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from quadpips_drake.diagrams.observed_station import ObservedStation
 from quadpips_drake.diagrams.perception_module import PerceptionModule
-from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
+from quadpips_drake.diagrams.simulation_station import StationConfig
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.egocan.egocan import EgocanConfig, begin_memory, update_memory
@@ -31,7 +32,7 @@ def look_around(further_cameras, terrain, noise=None):
     config = dataclasses.replace(CONFIG, depth_noise=noise or DepthNoiseConfig())
     station_config = StationConfig(camera=DepthCameraConfig(width=320, height=240), further_cameras=further_cameras)
     builder = DiagramBuilder()
-    station = builder.AddSystem(make_simulation_station(load_robot("anymal_c"), terrain, station_config))
+    station = builder.AddSystem(ObservedStation(load_robot("anymal_c"), terrain, station_config))
     perception = builder.AddSystem(
         PerceptionModule(station.robot, station.camera_intrinsics, config, further_cameras=further_cameras)
     )

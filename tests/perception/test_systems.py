@@ -9,8 +9,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import ImageDepth32F
 
+from quadpips_drake.diagrams.observed_station import ObservedStation
 from quadpips_drake.diagrams.perception_module import PerceptionModule
-from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
+from quadpips_drake.diagrams.simulation_station import StationConfig
 from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
 from quadpips_drake.perception.regions.oracle_regions_system import OracleRegions
 from quadpips_drake.robots.robot_model import load_robot
@@ -58,7 +59,7 @@ def run_module(robot, frames, spoil=lambda k, depth: depth):
 def test_sees_ground_through_the_rendered_camera(robot_name, terrain_name):
     robot, terrain, timings = load_robot(robot_name), load_terrain(terrain_name), StageTimings()
     builder = DiagramBuilder()
-    station = builder.AddSystem(make_simulation_station(robot, terrain, STATION))
+    station = builder.AddSystem(ObservedStation(robot, terrain, STATION))
     module = builder.AddSystem(PerceptionModule(robot, station.camera_intrinsics, timings=timings))
     for name in ("depth_image", "robot_state"):
         builder.Connect(station.GetOutputPort(name), module.GetInputPort(name))

@@ -8,4 +8,4 @@ from quadpips_drake.supervision.replan_monitor_system import ReplanMonitor
 
 def make_systems() -> list:
     robot = load_robot("anymal_c")
-    return [TorsoPlanner(robot), FootholdPlanner(robot), ReplanMonitor([2.0, 0.0])]
+    return [TorsoPlanner(robot), FootholdPlanner(robot), ReplanMonitor()]

@@ -7,7 +7,6 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource
 
-from quadpips_drake.errors import UserInputError
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
 from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
 from quadpips_drake.robots.robot_model import load_robot
@@ -15,10 +14,10 @@ from quadpips_drake.supervision.replan_monitor_system import ReplanMonitor
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
-from quadpips_drake.values.plans import PlanRequest, StageStatus
+from quadpips_drake.values.plans import PlanRequest
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.regions import RegionSet
-from quadpips_drake.values.safety_status import SafetyStatus
+from quadpips_drake.values.status import SafetyStatus, StageStatus
 from tests.planning import worlds
 
 ROBOT = load_robot("anymal_c")
@@ -113,8 +112,8 @@ def reference(request_id, end_time, x=1.0):
 @pytest.mark.parametrize("with_status", [False, True])
 def test_monitor_asks_walks_and_aborts(with_status):
     builder = DiagramBuilder()
-    monitor = builder.AddSystem(ReplanMonitor(GOAL))
-    for name in ("robot_state", "reference", "foothold_plan", "safety_status"):
+    monitor = builder.AddSystem(ReplanMonitor())
+    for name in ("robot_state", "goal", "reference", "foothold_plan", "safety_status"):
         builder.ExportInput(monitor.GetInputPort(name), name)
     if with_status:
         source = builder.AddSystem(ConstantValueSource(AbstractValue.Make(StageStatus(0.0, 0, True))))
@@ -126,6 +125,7 @@ def test_monitor_asks_walks_and_aborts(with_status):
     read = lambda name: monitor.GetOutputPort(name).Eval(context)  # noqa: E731
     plan = FootholdPlanner(ROBOT).GetOutputPort("foothold_plan").Allocate().get_value()
     nothing = reference(0, 0.0)
+    diagram.GetInputPort("goal").FixValue(root, GOAL)
     fix(diagram, root, robot_state=worlds.standing_state(ROBOT), reference=nothing, foothold_plan=plan)
     assert read("plan_request").id == 0 and read("status").phase == "standing_up" and read("abort") is False
     simulator.AdvanceTo(0.75)
@@ -136,9 +136,17 @@ def test_monitor_asks_walks_and_aborts(with_status):
     assert read("status").phase == "walking" and read("status").distance_to_goal == pytest.approx(2.0)
     fix(diagram, root, safety_status=SafetyStatus(1.1, True, "attitude", "the base tilts by 0.6 rad"))
     simulator.AdvanceTo(1.25)
-    assert read("abort") is True and read("status").aborts == 1 and "tilts" in read("status").reason
+    assert read("abort") is True and read("status").fallbacks["aborted_references"] == 1 and "tilts" in read("status").reason
 
 
-def test_monitor_wants_a_goal():
-    with pytest.raises(UserInputError, match="goal"):
-        ReplanMonitor([1.0, float("nan")])
+def test_the_goal_may_move_until_a_plan_is_asked_for():
+    monitor = ReplanMonitor()
+    simulator = Simulator(monitor)
+    context = simulator.get_mutable_context()
+    monitor.GetInputPort("goal").FixValue(context, GOAL)
+    plan = FootholdPlan.empty()
+    fix(monitor, context, robot_state=worlds.standing_state(ROBOT), reference=reference(0, 0.0), foothold_plan=plan)
+    simulator.AdvanceTo(0.3)
+    monitor.GetInputPort("goal").FixValue(context, [3.0, 1.0])
+    simulator.AdvanceTo(0.75)
+    np.testing.assert_array_equal(monitor.GetOutputPort("plan_request").Eval(context).goal, [3.0, 1.0])

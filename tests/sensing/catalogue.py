@@ -4,9 +4,11 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import LeafSystem
 
 from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.sensing.contact_sensing import ContactGeometries
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
 from quadpips_drake.sensing.depth_noise_system import DepthNoise
+from quadpips_drake.sensing.foot_contact_sensor_system import FootContactSensor
 from quadpips_drake.sensing.imu_system import Imu, ImuConfig
 from quadpips_drake.sensing.self_filter import SelfFilterConfig
 from quadpips_drake.sensing.self_filter_system import SelfFilter
@@ -19,6 +21,7 @@ def make_systems() -> list[LeafSystem]:
     plant.Finalize()
     intrinsics = make_intrinsics(DepthCameraConfig(width=64, height=48))
     return [
+        FootContactSensor(ContactGeometries({}, {})),
         DepthNoise(DepthNoiseConfig(), intrinsics=intrinsics),
         Imu(robot, plant, ImuConfig()),
         SelfFilter(robot, SelfFilterConfig(), intrinsics=intrinsics),

@@ -7,16 +7,16 @@ import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.sensors import ImageDepth32F
 
-from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station
+from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.sensing.robot_shapes import load_robot_shapes
 from quadpips_drake.sensing.self_filter import SelfFilterConfig, find_own_body
 from quadpips_drake.sensing.self_filter_system import SelfFilter
 from quadpips_drake.terrain.library import load_terrain
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.robot_state import RobotState
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 
 class View:
@@ -24,7 +24,7 @@ class View:
 
     def __init__(self, robot_name: str, camera: str, pitch: float | None = None):
         config = StationConfig(camera_name=camera, camera_pitch=pitch)
-        self.station = make_simulation_station(load_robot(robot_name), load_terrain("flat"), config)
+        self.station = SimulationStation(load_robot(robot_name), load_terrain("flat"), config)
         self.robot = self.station.robot
         self.camera = self.robot.camera(camera)
         self.context = self.station.CreateDefaultContext()

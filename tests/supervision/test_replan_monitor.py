@@ -10,9 +10,9 @@ from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
-from quadpips_drake.values.plans import FootholdPlan, PlanRequest, StageStatus, Stance
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest, Stance
 from quadpips_drake.values.reference import WholeBodyReference
-from quadpips_drake.values.safety_status import SafetyStatus
+from quadpips_drake.values.status import SafetyStatus, StageStatus
 from tests.planning import worlds
 
 ROBOT = load_robot("anymal_c")

@@ -13,7 +13,7 @@ from quadpips_drake.supervision.safety import SafetyConfig, SafetyMemory, fall_r
 from quadpips_drake.supervision.safety_monitor_system import SafetyMonitor
 from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.reference import WholeBodyReference
-from quadpips_drake.values.safety_status import SAFETY_EVENTS
+from quadpips_drake.values.status import SAFETY_EVENTS
 
 ROBOT = load_robot("anymal_c")
 REST = standing_state(ROBOT)

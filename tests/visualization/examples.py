@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.images import AffordanceImage
 from quadpips_drake.values.legs import Leg
-from quadpips_drake.values.plans import FootholdPlan, Stance
+from quadpips_drake.values.plans import FootholdPlan, PlanSketch, Stance
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
 from quadpips_drake.values.regions import PlanarRegion, RegionSet
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 SQUARE = np.array([[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]])
 UP = np.array([0.0, 0.0, 1.0])
@@ -38,7 +38,7 @@ def reference(robot, number: int, begin: float, duration: float = 0.5) -> WholeB
     return WholeBodyReference(begin, number, times, states, np.zeros((26, 24)), schedule, targets)
 
 
-def foothold_plan(robot, number: int) -> FootholdPlan:
+def plan_sketch(robot, number: int) -> PlanSketch:
     feet = robot.nominal_footholds_B * [1, 1, 0]
     region = regions(0.0, 1).regions[0]
     stances = tuple(
@@ -47,7 +47,7 @@ def foothold_plan(robot, number: int) -> FootholdPlan:
         )
         for i in range(2)
     )
-    return FootholdPlan(0.0, number, stances, ((Leg.LF, Leg.RH),), waypoint=np.array([1.0, 0, 0.5, 0]))
+    return FootholdPlan(0.0, number, stances, ((Leg.LF, Leg.RH),), waypoint=np.array([1.0, 0, 0.5, 0])).sketch()
 
 
 def affordance_image(stamp: float) -> AffordanceImage:

@@ -72,7 +72,7 @@ def test_each_plan_gets_objects_of_its_own(robot, meshcat, keep_history):
     for number in (1, 2, 3):
         begin = context.get_time()
         fix(system, context, "reference", examples.reference(robot, number, begin))
-        fix(system, context, "foothold_plan", examples.foothold_plan(robot, number))
+        fix(system, context, "plan", examples.plan_sketch(robot, number))
         fix(system, context, "region_set", examples.regions(begin))
         simulator.AdvanceTo(begin + 0.5)
     shown = [1, 2, 3] if keep_history else [3]
@@ -126,7 +126,7 @@ def test_empty_and_failed_values_are_not_drawn(robot, meshcat):
     meshcat.Delete("/quadpips")
     system = PlanVisualizer(robot, meshcat)
     context = system.CreateDefaultContext()
-    for port in ("region_set", "reference", "foothold_plan", "affordance_image"):
+    for port in ("region_set", "reference", "plan", "affordance_image"):
         model = system.AllocateInputAbstract(system.GetInputPort(port))
         system.GetInputPort(port).FixValue(context, model)
     simulator = Simulator(system, context)

@@ -102,6 +102,7 @@ def resolve_evaluation_config(options: dict, noise: bool, drift: str | None, set
     if drift is not None:
         rates = console.numbers("--drift", drift, "H,V,YAW")
         names = ("horizontal_rate", "vertical_rate", "yaw_rate")
+        texts.append("stages.state_estimator=drifting")
         texts += [f"stages.drift.{name}={rate}" for name, rate in zip(names, rates, strict=True)]
     return resolve_trial_config(None, options, texts + sets)
 

@@ -8,7 +8,7 @@ from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
-from quadpips_drake.values.safety_status import SafetyStatus
+from quadpips_drake.values.status import SafetyStatus
 
 
 class VelocityReference(Stage):

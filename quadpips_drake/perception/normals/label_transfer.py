@@ -7,8 +7,8 @@ label that the same point of the world had in the labelled image.
 import numpy as np
 from numba import njit
 
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.values.images import LabelImage
+from quadpips_drake.values.sensing import CameraIntrinsics
 from quadpips_drake.values.steppability import Steppability
 
 _TOLERANCE = 0.02

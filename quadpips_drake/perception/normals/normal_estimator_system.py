@@ -9,9 +9,9 @@ from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.perception.normals.label_transfer import transfer_labels
 from quadpips_drake.perception.normals.normals import NormalConfig, clean_depth, estimate_normals
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.values.images import AffordanceImage, LabelImage
 from quadpips_drake.values.robot_state import RobotState
+from quadpips_drake.values.sensing import CameraIntrinsics
 from quadpips_drake.values.steppability import Steppability
 
 

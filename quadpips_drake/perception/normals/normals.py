@@ -7,7 +7,7 @@ from numba import njit
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import OnDemandStageConfig
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 
 @dataclass

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numba import njit
 
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 WINDOWS = (5, 13)
 """Widths of the windows in which heights are compared, in blocks of pixels; odd."""

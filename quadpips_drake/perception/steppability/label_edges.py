@@ -8,7 +8,7 @@ ground to stand on.
 import numpy as np
 from numba import njit
 
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.sensing import CameraIntrinsics
 from quadpips_drake.values.steppability import Steppability
 
 REACH = 4

@@ -16,7 +16,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.files import read_bytes, read_json, write_bytes, write_json
 from quadpips_drake.perception.steppability.features import MAX_DEPTH, make_features, scaled_intrinsics
 from quadpips_drake.perception.steppability.network import NetworkConfig, SteppabilityNetwork
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
+from quadpips_drake.values.sensing import CameraIntrinsics
 from quadpips_drake.values.steppability import Steppability
 
 WEIGHTS, CARD = "steppability.pt", "steppability.json"

@@ -10,9 +10,9 @@ from quadpips_drake.perception.steppability.label_edges import move_borders_to_e
 from quadpips_drake.perception.steppability.model import SteppabilityModel, load_model
 from quadpips_drake.perception.steppability.steppability_config import SteppabilityConfig
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.values.camera_intrinsics import CameraIntrinsics
 from quadpips_drake.values.images import LabelImage
 from quadpips_drake.values.robot_state import RobotState
+from quadpips_drake.values.sensing import CameraIntrinsics
 
 
 class SteppabilitySegmenter(Stage):

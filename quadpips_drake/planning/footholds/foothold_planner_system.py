@@ -4,7 +4,7 @@ from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.values.plans import FootholdPlan, TorsoPath
+from quadpips_drake.values.plans import FootholdPlan, PlanSketch, TorsoPath
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -22,12 +22,14 @@ class FootholdPlanner(Stage):
         - torso_path
         output_ports:
         - foothold_plan
+        - plan
 
     - robot_state: RobotState, frame W.
     - torso_path: TorsoPath, frame W, with its regions; a new ``request_id`` asks for a plan, 0 for nothing. If it failed,
       the plan fails with the same reason.
     - foothold_plan: FootholdPlan, frame W, for the last path; it has no stances and a reason when nothing was found. Looks
       for a new path at ``config.rate`` (15 Hz).
+    - plan: PlanSketch, frame W: the same to draw.
     """
 
     def __init__(self, robot, config: FootholdConfig | None = None, *, timings: StageTimings | None = None):
@@ -37,6 +39,7 @@ class FootholdPlanner(Stage):
         self.declare_input("robot_state", RobotState)
         self.declare_input("torso_path", TorsoPath)
         self.declare_output("foothold_plan", FootholdPlan)
+        self.declare_output("plan", PlanSketch, FootholdPlan.sketch)
 
     def update(self, inputs: Inputs, memory: FootholdPlan, time: float) -> FootholdPlan:
         """Plans if there is a new torso path."""

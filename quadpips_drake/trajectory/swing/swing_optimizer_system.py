@@ -1,13 +1,25 @@
 """SwingTrajectoryOptimizer: turns each new foothold plan into a whole-body reference."""
 
+from dataclasses import dataclass
+
 from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer, SwingOptimizerConfig
-from quadpips_drake.values.plans import FootholdPlan, StageStatus
+from quadpips_drake.values.immutable import ImmutableValue
+from quadpips_drake.values.plans import FootholdPlan
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
+from quadpips_drake.values.status import StageStatus
 from quadpips_drake.values.swing_plan import SwingPlan
+
+
+@dataclass(frozen=True, eq=False)
+class _Memory(ImmutableValue):
+    """The last plan, and how many swings of all plans were kinematic."""
+
+    plan: SwingPlan
+    fallbacks: int = 0
 
 
 class SwingTrajectoryOptimizer(Stage):
@@ -33,7 +45,18 @@ class SwingTrajectoryOptimizer(Stage):
       dealt with before, is ignored.
     - reference: WholeBodyReference of the last plan that was dealt with, frame W, times relative to its first sample (0 s);
       without samples and with request id 0 before the first, without samples when not even the first swing was possible.
-    - status: StageStatus of that request; ``ok`` is False, with the reason, when the reference ends before the plan does.
+    - status: StageStatus of that request; ``ok`` is False, with the reason, when the reference ends before the plan does;
+      ``fallbacks`` counts kinematic swings.
+    - swing_plan
+
+    - robot_state: RobotState, frame W; read once for each new plan.
+    - foothold_plan: FootholdPlan, frame W; looked for at
+      ``config.rate`` (50 Hz); a plan without stances, or whose ``request_id`` was
+      dealt with before, is ignored.
+    - reference: WholeBodyReference of the last plan that was dealt with, frame W, times relative to its first sample (0 s);
+      without samples and with request id 0 before the first, without samples when not even the first swing was possible.
+    - status: StageStatus of that request; ``ok`` is False, with the reason, when the reference ends before the plan does;
+      ``fallbacks`` counts kinematic swings.
     - swing_plan: SwingPlan, the reference with a report on every swing.
     """
 
@@ -50,27 +73,28 @@ class SwingTrajectoryOptimizer(Stage):
         super().__init__(
             "swing_trajectory_optimizer",
             self._optimizer.config,
-            memory=SwingPlan.empty(),
+            memory=_Memory(SwingPlan.empty()),
             label="swing_optimization",
             timings=timings,
         )
         self.declare_input("robot_state", RobotState)
         self.declare_input("foothold_plan", FootholdPlan)
-        self.declare_output("reference", WholeBodyReference, lambda plan: plan.reference)
+        self.declare_output("reference", WholeBodyReference, lambda memory: memory.plan.reference)
         self.declare_output("status", StageStatus, _status)
-        self.declare_output("swing_plan", SwingPlan)
+        self.declare_output("swing_plan", SwingPlan, lambda memory: memory.plan)
 
-    def update(self, inputs: Inputs, memory: SwingPlan, time: float) -> SwingPlan:
+    def update(self, inputs: Inputs, memory: _Memory, time: float) -> _Memory:
         """Optimises the swings if there is a new foothold plan."""
         plan = inputs.foothold_plan
-        if plan.request_id <= memory.reference.request_id or not plan.success:
+        if plan.request_id <= memory.plan.reference.request_id or not plan.success:
             return memory
         x0 = self._optimizer.model.state_from_robot_state(inputs.robot_state)
         result = self._optimizer.optimize(x0, plan, time)
         for report in result.reports:
             self.timings.record("swing", report.elapsed)
-        return result
+        return _Memory(result, memory.fallbacks + result.fallbacks)
 
 
-def _status(plan) -> StageStatus:
-    return StageStatus(plan.reference.stamp, plan.reference.request_id, not plan.reason, plan.reason)
+def _status(memory: _Memory) -> StageStatus:
+    plan = memory.plan
+    return StageStatus(plan.reference.stamp, plan.reference.request_id, not plan.reason, plan.reason, memory.fallbacks)
