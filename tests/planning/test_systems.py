@@ -14,7 +14,7 @@ from quadpips_drake.supervision.replan_monitor_system import ReplanMonitor
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
-from quadpips_drake.values.plans import PlanRequest
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.values.status import SafetyStatus, StageStatus
