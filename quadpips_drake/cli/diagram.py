@@ -1,6 +1,5 @@
 """``quadpips diagram``: the wiring as a picture."""
 
-import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -18,7 +17,9 @@ Examples:
 
   quadpips diagram perception --out perception.png
 
-  quadpips diagram quadpips --max-depth 0  the outer ports alone
+  quadpips diagram quadpips --max-depth 2  the modules opened, each with its own systems
+
+  quadpips diagram tracking --max-depth 0  the outer ports alone
 
 Without Graphviz's dot the file is written in dot's own language (FILE.dot) and a line says so.
 """
@@ -33,21 +34,29 @@ def diagram(
     terrain: Annotated[str, typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list'.")] = "flat",
     max_depth: Annotated[int, typer.Option(min=0, metavar="N", help="How many levels of subsystems to draw.")] = 1,
 ):
-    """Draw a diagram: its systems, their ports and the wires between them."""
-    builders = _builders()
-    if name not in builders:
-        raise unknown_name("diagram", name, builders)
+    """Draw a diagram: its systems with all ports, and the wires between them.
+
+    Of Drake's own systems only the ports in use are drawn, the others counted.
+    """
     out = out or Path(f"{name}.svg")
     if out.suffix.lstrip(".") not in FORMATS:
         raise UserInputError(f"--out {out}: the name must end in {', '.join('.' + f for f in FORMATS)}")
+    built = build_diagram(name, robot, terrain)
+    from quadpips_drake.visualization.diagram_graph import read_block, to_dot
+
+    console.writable_directory(out.parent)
+    typer.echo(_draw(to_dot(read_block(built, max_depth)), out))
+
+
+def build_diagram(name: str, robot: str, terrain: str):
+    """Returns the diagram of that name, for a robot and a terrain by name; raises UserInputError for an unknown one."""
+    builders = _builders()
+    if name not in builders:
+        raise unknown_name("diagram", name, builders)
     from quadpips_drake.robots.robot_model import load_robot
     from quadpips_drake.terrain.library import load_terrain
 
-    built = builders[name](load_robot(robot), load_terrain(terrain))
-    console.writable_directory(out.parent)
-    # Split into its inputs and its outputs, the plant does not force the picture into a circle.
-    graph = built.GetGraphvizString(max_depth=max_depth, options={"plant/split": "I/O", "station/plant/split": "I/O"})
-    typer.echo(_draw(_with_short_names(graph), out))
+    return builders[name](load_robot(robot), load_terrain(terrain))
 
 
 def _builders() -> dict:
@@ -101,11 +110,6 @@ def _quadpips(robot, terrain):
 
     stages = resolve_trial_config(None, {"robot": robot.name}, []).stages
     return QuadpipsDiagram(robot, terrain, stages, seed=0)
-
-
-def _with_short_names(graph: str) -> str:
-    """Drops the modules from the names of classes: quadpips_drake.sensing.imu_system.Imu -> Imu."""
-    return re.sub(r"<B>(?:\w+\.)+(\w+)</B>", r"<B>\1</B>", graph)
 
 
 def _draw(graph: str, out: Path) -> str:
