@@ -13,7 +13,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from quadpips_drake.diagrams.observed_station import ObservedStation
 from quadpips_drake.diagrams.perception_module import PerceptionModule
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.visualization.perception_picture import save_perception_picture

@@ -13,7 +13,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.diagrams.observed_station import ObservedStation
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 
 

@@ -5,9 +5,9 @@ import re
 import pytest
 import yaml
 
-from quadpips_drake.configuration.layers import robot_defaults_layer
 from quadpips_drake.configuration.loading import load_config
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig
+from quadpips_drake.robots.robot_library import robot_defaults_layer
 from tests.source_tree import ROOT
 
 ROBOTS = ("anymal_c", "go2")

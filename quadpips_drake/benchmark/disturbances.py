@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.gaits.gaits import load_gait
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain import library
 from quadpips_drake.terrain.terrain_file import write_terrain_file
 

@@ -12,7 +12,7 @@ from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.diagrams.simulation_station import SimulationStation
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.estimation.pose_drift import drift_state, drifted_world
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.standing_pose import standing_pose
 from quadpips_drake.terrain.truth import GroundTruth

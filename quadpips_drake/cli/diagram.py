@@ -53,7 +53,7 @@ def build_diagram(name: str, robot: str, terrain: str):
     builders = _builders()
     if name not in builders:
         raise unknown_name("diagram", name, builders)
-    from quadpips_drake.robots.robot_model import load_robot
+    from quadpips_drake.robots.robot_library import load_robot
     from quadpips_drake.terrain.library import load_terrain
 
     return builders[name](load_robot(robot), load_terrain(terrain))

@@ -146,7 +146,7 @@ def _station(terrain: str):
     from pydrake.systems.analysis import Simulator
 
     from quadpips_drake.diagrams.observed_station import ObservedStation
-    from quadpips_drake.robots.robot_model import load_robot
+    from quadpips_drake.robots.robot_library import load_robot
     from quadpips_drake.terrain.library import load_terrain
 
     robot = load_robot("anymal_c")

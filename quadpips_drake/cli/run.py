@@ -33,12 +33,17 @@ def run(
     scenario: Annotated[
         Path | None, typer.Argument(metavar="SCENARIO", help="YAML file with any of the keys of a saved config.yaml.")
     ] = None,
-    robot: Annotated[str | None, typer.Option(metavar="NAME", help="anymal_c or go2. Default: anymal_c.")] = None,
+    robot: Annotated[
+        str | None, typer.Option(metavar="NAME|FILE", help="anymal_c, go2, or a robot.yaml. Default: anymal_c.")
+    ] = None,
     terrain: Annotated[
         str | None,
         typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list', or a file. Default: stepping_stones."),
     ] = None,
     planner: Annotated[str | None, typer.Option(metavar="NAME", help="Who plans. Default: quadpips.")] = None,
+    regions: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Where planar regions come from. Default: superpixels.")
+    ] = None,
     seed: Annotated[int | None, typer.Option(metavar="N", help="Of all random numbers. Default: 0.")] = None,
     start: Annotated[str | None, typer.Option(metavar="X,Y,YAW", help="Start, m and rad. Default: the terrain's.")] = None,
     goal: Annotated[str | None, typer.Option(metavar="X,Y", help="Goal, m. Default: the terrain's.")] = None,
@@ -59,7 +64,8 @@ def run(
     options = {"robot": robot, "terrain": terrain, "planner": planner, "seed": seed, "duration": duration}
     options["start"] = None if start is None else console.numbers("--start", start, "X,Y,YAW")
     options["goal"] = None if goal is None else console.numbers("--goal", goal, "X,Y")
-    config = resolve_trial_config(scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
+    chosen = [] if regions is None else [f"stages.region_source={regions}"]
+    config = resolve_trial_config(scenario, {k: v for k, v in options.items() if v is not None}, chosen + (sets or []))
     out = console.writable_directory(out or default_directory(config))
     from quadpips_drake.trials.trial import run_trial
 

@@ -28,11 +28,11 @@ GoalOption = Annotated[str | None, typer.Option(metavar="X,Y", help="Goal, m. De
 @app.command("list")
 def list_terrains():
     """List the terrains that come with the package."""
-    from quadpips_drake.terrain.library import GENERATORS, load_terrain
+    from quadpips_drake.terrain.library import load_terrain, terrain_names, terrains
 
-    for name, generator in GENERATORS.items():
+    for name in terrain_names():
         terrain = load_terrain(name)
-        typer.echo(f"{name:<16} {generator.__doc__.splitlines()[0].split('. ')[0].rstrip('.')}")
+        typer.echo(f"{name:<16} {_first_sentence(terrains.get(name).factory)}")
         ends = f"start {_list(terrain.start)}; goal {_list(terrain.goal)}"
         typer.echo(f"{'':<16} {len(terrain.elements)} elements; {_size(terrain)} m; {ends}")
 
@@ -102,3 +102,8 @@ def _size(terrain) -> str:
 
 def _list(values) -> str:
     return ", ".join(f"{value:.3f}".rstrip("0").rstrip(".") for value in values)
+
+
+def _first_sentence(generator) -> str:
+    """What the docstring of a terrain's generator begins with."""
+    return (generator.__doc__ or "").strip().split("\n")[0].split(". ")[0].rstrip(".")

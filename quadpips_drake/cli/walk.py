@@ -34,7 +34,9 @@ def walk(
     scenario: Annotated[
         Path | None, typer.Argument(metavar="SCENARIO", help="YAML file with any of the keys of a saved config.yaml.")
     ] = None,
-    robot: Annotated[str | None, typer.Option(metavar="NAME", help="anymal_c or go2. Default: anymal_c.")] = None,
+    robot: Annotated[
+        str | None, typer.Option(metavar="NAME|FILE", help="anymal_c, go2, or a robot.yaml. Default: anymal_c.")
+    ] = None,
     gait: Annotated[str | None, typer.Option(metavar="NAME", help="See below. Default: trot.")] = None,
     velocity: Annotated[
         str | None,

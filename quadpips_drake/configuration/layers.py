@@ -1,7 +1,6 @@
 """Parts of a configuration tree, read from files, options and ``--set`` overrides."""
 
 import dataclasses
-from importlib import resources
 from pathlib import Path
 
 from quadpips_drake.errors import UserInputError, shown
@@ -48,12 +47,3 @@ def override_layer(text: str) -> ConfigLayer:
     for name in reversed(names):
         data = {name: data}
     return ConfigLayer(f"--set {text}", data)
-
-
-def robot_defaults_layer(robot: str) -> ConfigLayer:
-    """Returns ``models/<robot>/defaults.yaml`` (sections as in the stages' configuration); empty if there is none."""
-    file = resources.files("quadpips_drake.models") / robot / "defaults.yaml"
-    if not file.is_file():
-        return ConfigLayer(f"models/{robot}/defaults.yaml", {})
-    with resources.as_file(file) as path:
-        return dataclasses.replace(read_layer(path), source=f"models/{robot}/defaults.yaml")

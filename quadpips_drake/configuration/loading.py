@@ -22,15 +22,16 @@ from quadpips_drake.configuration.schema import describe, field_types, item_type
 from quadpips_drake.errors import UserInputError, shown
 
 
-def load_config(schema: type, layers: list[ConfigLayer]):
+def load_config(schema: type, layers: list[ConfigLayer], base=None):
     """Returns an instance of the dataclass ``schema`` with the ``layers`` laid over its defaults, later ones on top.
 
-    Mappings are merged key by key, anything else (lists too) is replaced as a whole.
+    Mappings are merged key by key, anything else (lists too) is replaced as a whole. ``base``: an instance whose values take
+    the place of the defaults.
 
     Raises:
         UserInputError: a key is unknown, a value has the wrong type or is out of its range, or values do not fit together.
     """
-    config = schema()
+    config = schema() if base is None else base
     for layer in layers:
         _check_section(schema, schema, layer.data, (), layer.source)
         if layer.data:

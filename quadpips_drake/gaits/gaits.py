@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quadpips_drake.errors import unknown_name
+from quadpips_drake.framework.registry import Registry
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.legs import NUM_LEGS, Leg
 
@@ -85,13 +85,24 @@ GAITS = {
 """The gaits of the authors' configuration (times in which each mode ends, after OCS2's gait files)."""
 
 
+gaits = Registry("gait", "quadpips_drake.gaits")
+"""``factory()`` returns a Gait."""
+
+for _name in GAITS:
+    gaits.add(_name, lambda name=_name: GAITS[name])
+
+
 def gait_names() -> list[str]:
     """The known names, in alphabetical order."""
-    return sorted(GAITS)
+    return gaits.names()
 
 
 def load_gait(name: str) -> Gait:
     """Returns the gait of that name; an unknown one is a UserInputError that lists the known ones."""
-    if name not in GAITS:
-        raise unknown_name("gait", name, GAITS)
-    return GAITS[name]
+    return gaits.get(name).factory()
+
+
+def gait_number(name: str) -> int:
+    """How logs name a gait: its place among those of this package, then among all others in alphabetical order."""
+    others = [other for other in gaits.names() if other not in GAITS]
+    return [*GAITS, *others].index(name)

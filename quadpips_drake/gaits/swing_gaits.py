@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.errors import unknown_name
-from quadpips_drake.gaits.gaits import GAITS, Gait
+from quadpips_drake.gaits.gaits import Gait, gaits, load_gait
 from quadpips_drake.values.legs import Leg
 
 _DIGITS = 9
@@ -28,12 +28,12 @@ def swing_gait_names() -> tuple[str, ...]:
 
     They are those of the gaits that stand on all feet after every swing phase, and in it on more than one side or end.
     """
-    return tuple(name for name, gait in GAITS.items() if _swing_phases(gait) is not None)
+    return tuple(name for name in gaits.names() if _swing_phases(load_gait(name)) is not None)
 
 
 def swing_gait(name: str) -> SwingGait:
     """Returns the gait called ``name`` as swing phases; raises UserInputError for one that is unknown or has none."""
-    found = _swing_phases(GAITS[name]) if name in GAITS else None
+    found = _swing_phases(load_gait(name)) if name in gaits else None
     if found is None:
         raise unknown_name("planning gait", name, swing_gait_names())
     return found

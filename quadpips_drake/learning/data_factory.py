@@ -22,7 +22,7 @@ from quadpips_drake.learning.dataset_config import SPLITS, DatasetConfig, split_
 from quadpips_drake.learning.depth_corruption import corrupt_depth
 from quadpips_drake.learning.scene_renderer import SceneRenderer
 from quadpips_drake.learning.scenes import SCENE_KINDS, make_scene
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.values.steppability import Steppability
 from quadpips_drake.worker_pool import JobFailed, run_jobs
 

@@ -39,6 +39,8 @@ class CameraMount:
 class RobotDescription:
     """The schema of ``models/<robot>/robot.yaml``."""
 
+    name: str = ""
+    """In results and names of directories; default: that of the folder, or of a file that is not called robot.yaml."""
     title: str = ""
     """Name for people."""
     urdf: str = ""

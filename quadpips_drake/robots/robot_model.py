@@ -1,8 +1,6 @@
 """RobotModel: everything the stages need to know about a robot, read from its URDF and robot.yaml."""
 
 from dataclasses import dataclass, replace
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +11,6 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex
 
-from quadpips_drake.configuration.layers import read_layer
-from quadpips_drake.configuration.loading import load_config
 from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.robots import kinematic_tree as kinematics
 from quadpips_drake.robots.kinematic_tree import KinematicTree
@@ -25,7 +21,6 @@ from quadpips_drake.values.robot_state import RobotState
 
 JOINT_NAMES = tuple(f"{leg.name}_{joint}" for leg in Leg for joint in ("HAA", "HFE", "KFE"))
 LINK_NAMES = ("base", *(f"{leg.name}_{link}" for leg in Leg for link in ("HIP", "THIGH", "SHANK")))
-_MODELS = files("quadpips_drake.models")
 _LIMIT_TOLERANCE = 1e-6
 
 
@@ -66,6 +61,8 @@ class RobotModel:
     """Default derivative gains of the drives [N m s/rad], (12,)."""
     cameras: tuple = ()
     """The CameraDescriptions behind the mounts."""
+    description_path: Path | None = None
+    """The robot.yaml that it was read from."""
 
     @property
     def mass(self) -> float:
@@ -164,22 +161,7 @@ class RobotModel:
         plant.SetVelocities(plant_context, instance, np.zeros(plant.num_velocities(instance)))
 
 
-def robot_names() -> list[str]:
-    """Returns the names of all robots that come with the package."""
-    return sorted(folder.name for folder in _MODELS.iterdir() if (folder / "robot.yaml").is_file())
-
-
-@cache
-def load_robot(name: str) -> RobotModel:
-    """Loads a robot by name; UserInputError lists the known names."""
-    if name not in robot_names():
-        raise unknown_name("robot", name, robot_names())
-    folder = Path(str(_MODELS / name))
-    description = load_config(RobotDescription, [read_layer(folder / "robot.yaml")])
-    return _read_model(name, folder / description.urdf, description)
-
-
-def _read_model(name: str, urdf_path: Path, description: RobotDescription) -> RobotModel:
+def read_model(name: str, urdf_path: Path, description: RobotDescription) -> RobotModel:
     """Reads limits, masses and geometry out of the URDF by way of a throw-away plant."""
     plant = MultibodyPlant(time_step=1e-3)
     scene_graph = SceneGraph()
@@ -261,6 +243,5 @@ __all__ = [
     "CameraMount",
     "KinematicTree",
     "RobotModel",
-    "load_robot",
-    "robot_names",
+    "read_model",
 ]

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.errors import UserInputError, unknown_name
+from quadpips_drake.framework.registry import Registry
 from quadpips_drake.terrain.stone_setup import read_stone_setup
 from quadpips_drake.terrain.terrain import DEFAULT_FRICTION, Box, Terrain, pose
 from quadpips_drake.terrain.terrain_file import read_terrain_file
@@ -169,20 +170,16 @@ def bumps(*, seed: int = 0, height: float = 0.03, size: float = 0.25, length: fl
     return Terrain("bumps", (-0.6, 0, 0), (round(rows * size + 0.7, 2), 0), DEFAULT_FRICTION, tuple(elements))
 
 
-GENERATORS = {
-    "bumps": bumps,
-    "flat": flat,
-    "ramp_10": ramp_10,
-    "slope": slope,
-    "sparse_stones": sparse_stones,
-    "stairs": stairs,
-    "stepping_stones": stepping_stones,
-}
+terrains = Registry("terrain", "quadpips_drake.terrains")
+"""``factory(seed=...)`` returns a Terrain; its docstring's first line is what lists say."""
+
+for _generator in (bumps, flat, ramp_10, slope, sparse_stones, stairs, stepping_stones):
+    terrains.add(_generator.__name__, _generator)
 
 
 def terrain_names() -> list[str]:
     """Names that ``load_terrain`` knows, sorted."""
-    return sorted(GENERATORS)
+    return terrains.names()
 
 
 def load_terrain(name_or_path: str, seed: int = 0, start=None, goal=None) -> Terrain:
@@ -193,8 +190,8 @@ def load_terrain(name_or_path: str, seed: int = 0, start=None, goal=None) -> Ter
     """
     text = str(name_or_path)
     suffix = Path(text).suffix.lower()
-    if text in GENERATORS:
-        return _with_ends(GENERATORS[text](seed=seed), start, goal)
+    if text in terrains:
+        return _with_ends(terrains.get(text).factory(seed=seed), start, goal)
     if suffix in (".yaml", ".yml"):
         return read_terrain_file(text, start, goal)
     if suffix == ".json":

@@ -7,17 +7,19 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.diagrams.planners import planners
-from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram
+from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram, stages_type
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.placement import problem_with_goal, problem_with_start
+from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, record_trial
+from quadpips_drake.trials.trial_options import default_stages
+from quadpips_drake.trials.world import world_of
 
 
 @dataclass
@@ -29,11 +31,30 @@ class TrialConfig(SimulationConfig):
     planner: str = "quadpips"
     goal: list[float] = field(default_factory=list)
     """x, y [m]; empty: the terrain's own goal."""
-    stages: QuadpipsConfig = field(default_factory=QuadpipsConfig)
+    stages: QuadpipsConfig = None
+    """All stages; default: for ``robot``, with the sections that planner, region source and state estimator need."""
+
+    @staticmethod
+    def choices() -> dict[str, tuple]:
+        """Where the names stand that decide which sections there are: arguments of ``stages_type``, and their keys."""
+        return {
+            "planner": ("planner",),
+            "region_source": ("stages", "region_source"),
+            "state_estimator": ("stages", "state_estimator"),
+        }
+
+    @staticmethod
+    def stages_type(
+        planner: str = "quadpips", region_source: str = "superpixels", state_estimator: str = "oracle"
+    ) -> type[QuadpipsConfig]:
+        """The type of ``stages`` for a choice of these."""
+        return stages_type(planner, region_source, state_estimator)
 
     def __post_init__(self):
         super().__post_init__()
         planners.get(self.planner)
+        if self.stages is None:
+            self.stages = default_stages(self.stages_type(self.planner), self.robot)
         if self.goal and len(self.goal) != 2:
             raise UserInputError("goal must be X,Y (m)")
         if not np.isfinite(self.goal).all():
@@ -45,10 +66,21 @@ class Trial(SimulatedTrial):
 
     SUCCESS = "goal_reached"
 
-    def __init__(self, config: TrialConfig, *, meshcat=None):
-        """Loads and builds everything; raises UserInputError when something that was asked for cannot be had."""
-        robot = load_robot(config.robot)
-        terrain = load_terrain(config.terrain, seed=config.seed, start=config.start or None, goal=config.goal or None)
+    def __init__(
+        self, config: TrialConfig, *, robot: RobotModel | None = None, terrain: Terrain | None = None, meshcat=None
+    ):
+        """Loads and builds everything.
+
+        Args:
+            config: what to run.
+            robot: the robot; default: what the configuration names.
+            terrain: the world; default: what the configuration names.
+            meshcat: where to draw.
+
+        Raises:
+            UserInputError: something that was asked for cannot be had.
+        """
+        robot, terrain = world_of(config, robot, terrain)
         problem = problem_with_start(terrain, robot.nominal_footholds_B[:, :2]) or problem_with_goal(terrain)
         if problem:
             raise UserInputError(problem)
@@ -98,7 +130,16 @@ class Trial(SimulatedTrial):
 
 
 def run_trial(
-    config: TrialConfig, out: Path, *, recording: bool = True, meshcat=None, progress: Callable[[float], None] | None = None
+    config: TrialConfig,
+    out: Path,
+    *,
+    recording: bool = True,
+    meshcat=None,
+    progress: Callable[[float], None] | None = None,
+    **options,
 ) -> TrialResult:
-    """Runs a trial and writes its files into ``out``; see ``record_trial``."""
-    return record_trial(Trial, config, out, recording=recording, meshcat=meshcat, progress=progress)
+    """Runs a trial and writes its files into ``out``; see ``record_trial``.
+
+    ``options``: ``robot``, ``terrain``, see Trial.
+    """
+    return record_trial(Trial, config, out, recording=recording, meshcat=meshcat, progress=progress, **options)

@@ -1,12 +1,27 @@
 """The configuration of a trial, out of the robot's defaults, a file, options and overrides."""
 
-from dataclasses import fields
+from dataclasses import field, fields, make_dataclass
 from pathlib import Path
+from typing import Any
 
-from quadpips_drake.configuration.layers import ConfigLayer, override_layer, read_layer, robot_defaults_layer
+from quadpips_drake.configuration.layers import ConfigLayer, override_layer, read_layer
 from quadpips_drake.configuration.loading import load_config
-from quadpips_drake.errors import unknown_name
-from quadpips_drake.robots.robot_model import robot_names
+from quadpips_drake.robots.robot_library import robot_defaults_layer, robot_file, robots
+from quadpips_drake.robots.robot_model import RobotModel
+
+DEFAULT_ROBOT = "anymal_c"
+
+
+def default_stages(stages: type, robot: str):
+    """Returns the configuration of all stages for a robot: here, and nowhere else, a robot's own numbers come in.
+
+    Args:
+        stages: QuadpipsConfig (or what ``stages_type`` made of it) or WalkConfig.
+        robot: name, or path of its robot.yaml.
+    """
+    defaults = robot_defaults_layer(robot)
+    known = {entry.name for entry in fields(stages)}  # a walk has fewer sections than a run
+    return load_config(stages, [ConfigLayer(defaults.source, {k: v for k, v in defaults.data.items() if k in known})])
 
 
 def resolve_config(schema: type, scenario: Path | None, options: dict, sets: list[str]):
@@ -15,7 +30,7 @@ def resolve_config(schema: type, scenario: Path | None, options: dict, sets: lis
     Args:
         schema: TrialConfig or WalkTrialConfig.
         scenario: YAML file, or None.
-        options: top-level keys of the schema.
+        options: top-level keys of the schema, as on the command line.
         sets: texts of the form key=value.
 
     Returns: the configuration.
@@ -26,10 +41,38 @@ def resolve_config(schema: type, scenario: Path | None, options: dict, sets: lis
     layers = [read_layer(scenario)] if scenario else []
     layers += [ConfigLayer("--" + key, {key: value}) for key, value in options.items()]
     layers += [override_layer(text) for text in sets]
-    config = load_config(schema, layers)
-    if config.robot not in robot_names():
-        raise unknown_name("robot", config.robot, robot_names())
-    defaults = robot_defaults_layer(config.robot)
-    stages = {field.name for field in fields(config.stages)}  # a walk has fewer than a run
-    own = ConfigLayer(defaults.source, {key: value for key, value in defaults.data.items() if key in stages})
-    return load_config(schema, [own.under("stages"), *layers])
+    robot = _last(layers, "robot") or DEFAULT_ROBOT
+    with_sections = _with_sections(schema, layers)
+    return load_config(with_sections, layers, base=with_sections(robot=robot))
+
+
+def load_trial_config(
+    schema: type, *, robot: str | RobotModel | None = None, file: str | Path | None = None, sets: tuple = (), **options: Any
+):
+    """The same for callers in Python; see ``quadpips_drake.load_config``."""
+    if isinstance(robot, RobotModel):
+        known = robot.name in robots and robot_file(robot.name) == robot.description_path
+        robot = robot.name if known else str(robot.description_path)
+    if robot is not None:
+        options["robot"] = robot
+    return resolve_config(schema, Path(file) if file else None, options, list(sets))
+
+
+def _with_sections(schema: type, layers: list[ConfigLayer]) -> type:
+    """The schema with the sections of a planner, region source and state estimator from outside the package."""
+    chosen = {key: _last(layers, *path) for key, path in schema.choices().items()}
+    stages = schema.stages_type(**{key: name for key, name in chosen.items() if name})
+    if stages is schema.stages_type():
+        return schema
+    return make_dataclass(schema.__name__, [("stages", stages, field(default=None))], bases=(schema,))
+
+
+def _last(layers: list[ConfigLayer], *path: str) -> str | None:
+    """The last text that the layers have at a key; whatever else stands there is refused later."""
+    found = None
+    for layer in layers:
+        value = layer.data
+        for name in path:
+            value = value.get(name) if isinstance(value, dict) else None
+        found = value if isinstance(value, str) else found
+    return found

@@ -8,17 +8,19 @@ from quadpips_drake.control.references.walk_command import WalkCommand, check_co
 from quadpips_drake.diagrams.walk import WalkConfig, WalkDiagram
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.faults.push_system import Push, check_pushes, force_at
-from quadpips_drake.gaits.gaits import GAITS
-from quadpips_drake.robots.robot_model import load_robot
-from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.gaits.gaits import gait_number
+from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.placement import problem_with_start
+from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, record_trial
+from quadpips_drake.trials.trial_options import default_stages
 from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
+from quadpips_drake.trials.world import world_of
 
 
 @dataclass
@@ -35,10 +37,23 @@ class WalkTrialConfig(SimulationConfig):
     changes: list[WalkCommand] = field(default_factory=list)
     """Other gaits and velocities later on."""
     pushes: list[Push] = field(default_factory=list)
-    stages: WalkConfig = field(default_factory=WalkConfig)
+    stages: WalkConfig = None
+    """All stages; default: for ``robot``."""
+
+    @staticmethod
+    def choices() -> dict[str, tuple]:
+        """A walk has the same sections always."""
+        return {}
+
+    @staticmethod
+    def stages_type() -> type[WalkConfig]:
+        """The type of ``stages``."""
+        return WalkConfig
 
     def __post_init__(self):
         super().__post_init__()
+        if self.stages is None:
+            self.stages = default_stages(WalkConfig, self.robot)
         if not self.settle_time >= 0.0:
             raise UserInputError("settle_time must not be negative")
         check_commands(self.commands)
@@ -55,16 +70,25 @@ class WalkTrial(SimulatedTrial):
 
     SUCCESS = "upright"
 
-    def __init__(self, config: WalkTrialConfig, *, meshcat=None, panel: bool = False):
+    def __init__(
+        self,
+        config: WalkTrialConfig,
+        *,
+        robot: RobotModel | None = None,
+        terrain: Terrain | None = None,
+        meshcat=None,
+        panel: bool = False,
+    ):
         """Loads and builds everything; raises UserInputError when something that was asked for cannot be had.
 
         Args:
             config: what to run.
+            robot: the robot; default: what the configuration names.
+            terrain: the world; default: what the configuration names.
             meshcat: where to draw.
             panel: whether commands come from sliders in Meshcat; then the simulation keeps to real time.
         """
-        robot = load_robot(config.robot)
-        terrain = load_terrain(config.terrain, seed=config.seed, start=config.start or None)
+        robot, terrain = world_of(config, robot, terrain)
         problem = problem_with_start(terrain, robot.nominal_footholds_B[:, :2])
         if problem:
             raise UserInputError(problem)
@@ -96,7 +120,7 @@ class WalkTrial(SimulatedTrial):
             seen.foot_positions,
             seen.reference,
             velocity_command=read(self.diagram, "velocity_command", self.context),
-            gait=list(GAITS).index(read(self.diagram, "gait", self.context)),
+            gait=gait_number(read(self.diagram, "gait", self.context)),
             push=force_at(self.config.pushes, state.stamp),
             planned_forces=seen.command.forces,
             foot_modes=seen.command.foot_modes,
@@ -128,7 +152,10 @@ def run_walk(
     recording: bool = True,
     meshcat=None,
     progress: Callable[[float], None] | None = None,
-    panel: bool = False,
+    **options,
 ) -> TrialResult:
-    """Runs a walk and writes its files into ``out``; see ``record_trial``. ``panel``: see WalkTrial."""
-    return record_trial(WalkTrial, config, out, recording=recording, meshcat=meshcat, progress=progress, panel=panel)
+    """Runs a walk and writes its files into ``out``; see ``record_trial``.
+
+    ``options``: ``robot``, ``terrain``, ``panel``, see WalkTrial.
+    """
+    return record_trial(WalkTrial, config, out, recording=recording, meshcat=meshcat, progress=progress, **options)

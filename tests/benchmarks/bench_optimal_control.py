@@ -23,7 +23,7 @@ from quadpips_drake.control.mpc.real_time_iteration import MpcConfig, MpcMemory,
 from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory
 from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.math.rotations import rotation_from_rpy
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
 from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer

@@ -19,7 +19,7 @@ import pytest
 from quadpips_drake.control.whole_body.robot_dynamics import RobotDynamics
 from quadpips_drake.control.whole_body.task_space_inverse_dynamics import TaskSpaceInverseDynamics
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.values.whole_body_command import WholeBodyCommand
 from tests.control.plant_dynamics import PlantDynamics
 from tests.control.trotting import mid_trot

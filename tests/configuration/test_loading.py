@@ -5,11 +5,11 @@ from dataclasses import field
 
 import pytest
 
-from quadpips_drake.configuration.layers import ConfigLayer, override_layer, read_layer, robot_defaults_layer
+from quadpips_drake.configuration.layers import ConfigLayer, override_layer, read_layer
 from quadpips_drake.configuration.loading import load_config, save_config
 from quadpips_drake.configuration.schema import config_keys, configuration, ranged
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.robot_model import robot_names
+from quadpips_drake.robots.robot_library import robot_defaults_layer, robot_names
 from tests.source_tree import package_modules
 
 

@@ -4,7 +4,7 @@ from quadpips_drake.control.mpc.centroidal_mpc_system import CentroidalMpc
 from quadpips_drake.control.references.scripted_command_system import ScriptedCommand
 from quadpips_drake.control.references.velocity_reference_system import VelocityReference
 from quadpips_drake.control.whole_body.whole_body_controller_system import WholeBodyController
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.supervision.reference_publisher_system import ReferencePublisher
 from quadpips_drake.supervision.safety_monitor_system import SafetyMonitor
 

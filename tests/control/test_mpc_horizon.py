@@ -9,7 +9,7 @@ from quadpips_drake.control.mpc import mpc_horizon as horizon
 from quadpips_drake.control.mpc import mpc_swings
 from quadpips_drake.control.mpc.mpc_config import graded_grid
 from quadpips_drake.gaits.gaits import load_gait
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig, SwingSpline
 from quadpips_drake.values.centroidal import CentroidalInput, CentroidalState

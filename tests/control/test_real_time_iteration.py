@@ -11,7 +11,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.faults.failing_solver import FailingSolver
 from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.math.constants import GRAVITY
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
 from quadpips_drake.values.centroidal import CentroidalInput, CentroidalState, foot_forces

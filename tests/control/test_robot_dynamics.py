@@ -8,7 +8,7 @@ import pytest
 from quadpips_drake.control.whole_body.robot_dynamics import RobotDynamics
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.math.rotations import rotation_from_rpy
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from tests.control.plant_dynamics import PlantDynamics
 

@@ -11,7 +11,7 @@ from quadpips_drake.control.whole_body.contact_logic import foot_mode
 from quadpips_drake.control.whole_body.whole_body_qp import QpSolution
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.math.rotations import rotation_from_rpy
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.values.centroidal import CentroidalInput, CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule

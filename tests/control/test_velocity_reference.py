@@ -9,7 +9,7 @@ from quadpips_drake.control.references.ground_plane import GroundPlane, fitted_p
 from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory, advance
 from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.math.constants import GRAVITY
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.values.centroidal import CentroidalInput
 

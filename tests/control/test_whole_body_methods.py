@@ -15,7 +15,7 @@ from quadpips_drake.control.whole_body.whole_body_qp import QpSolution, make_who
 from quadpips_drake.control.whole_body.whole_body_tasks import Level, Limits, Task, base_acceleration, joint_stops
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.math.constants import GRAVITY
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.values.whole_body_command import WholeBodyCommand
 from tests.control.trotting import TROT, mid_trot
 

@@ -9,7 +9,7 @@ from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram
 from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.diagrams.tracking_module import TrackingModule
 from quadpips_drake.diagrams.walk import Walk
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 
 

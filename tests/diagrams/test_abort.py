@@ -8,7 +8,7 @@ from pydrake.systems.analysis import Simulator
 from quadpips_drake.control.references.walk_command import WalkCommand
 from quadpips_drake.control.whole_body.whole_body_methods import MethodSolution, WeightedMethod
 from quadpips_drake.diagrams.walk import WalkConfig, WalkDiagram
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.supervision.safety import SafetyConfig, fall_reason
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.trials.observation import observe

@@ -11,7 +11,7 @@ from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram
 from quadpips_drake.diagrams.walk import Walk, WalkConfig
 from quadpips_drake.framework.stage import Stage
 from quadpips_drake.framework.stage_config import StageConfig
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from tests.diagrams.fed_stages import STAGES, outputs_over_time
 from tests.source_tree import package_modules

@@ -8,7 +8,7 @@ from quadpips_drake.diagrams.observed_station import ObservedStation
 from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.math.constants import GRAVITY
-from quadpips_drake.robots.robot_model import load_robot, robot_names
+from quadpips_drake.robots.robot_library import load_robot, robot_names
 from quadpips_drake.sensing.contact_sensing import touching_links
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
 from quadpips_drake.sensing.imu_system import ImuConfig

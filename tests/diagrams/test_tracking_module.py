@@ -7,7 +7,7 @@ from quadpips_drake.control.references.walk_command import WalkCommand
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
 from quadpips_drake.diagrams.tracking_module import TrackingConfig, TrackingModule
 from quadpips_drake.faults.control_faults import ControlFaultConfig
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
 
 

@@ -8,7 +8,7 @@ from quadpips_drake.diagrams.simulation_station import SimulationStation, Statio
 from quadpips_drake.diagrams.walk import WalkConfig
 from quadpips_drake.faults.model_errors import ModelErrorConfig
 from quadpips_drake.faults.push_system import Push, force_at
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
 

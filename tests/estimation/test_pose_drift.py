@@ -7,7 +7,7 @@ import pytest
 
 from quadpips_drake.estimation.pose_drift import drift_state
 from quadpips_drake.math.rotations import rotation_from_rpy, yaw_matrix
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 
 

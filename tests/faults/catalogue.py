@@ -5,7 +5,7 @@ from pydrake.systems.framework import LeafSystem
 from quadpips_drake.faults.failing_mpc_system import FailingMpc
 from quadpips_drake.faults.push_system import PushSource
 from quadpips_drake.faults.raised_footholds_system import RaisedFootholds
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 
 
 def make_systems() -> list[LeafSystem]:

@@ -11,7 +11,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.faults.control_faults import ControlFaultConfig
 from quadpips_drake.faults.failing_mpc_system import FailingMpc
 from quadpips_drake.faults.raised_footholds_system import RaisedFootholds
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
 

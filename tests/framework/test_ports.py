@@ -23,7 +23,7 @@ from quadpips_drake.framework.stage import Stage
 from quadpips_drake.framework.stage_config import OnDemandStageConfig
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
 from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.values.immutable import ImmutableValue
 
 ROBOT = load_robot("anymal_c")

@@ -5,7 +5,7 @@ from pydrake.systems.framework import LeafSystem
 from quadpips_drake.perception.steppability.model import SteppabilityModel
 from quadpips_drake.perception.steppability.network import SteppabilityNetwork
 from quadpips_drake.perception.steppability.steppability_segmenter_system import SteppabilitySegmenter
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from tests.learning.small import SMALL
 
 

@@ -3,7 +3,7 @@
 from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.steppability.steppability_config import SteppabilityConfig
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from tests.learning.small import SMALL
 
 

@@ -6,7 +6,7 @@ import pytest
 from quadpips_drake.learning.camera_path import CameraPathConfig, camera_poses, heights_below
 from quadpips_drake.learning.primitives import LabelPolicy
 from quadpips_drake.learning.scenes import SCENE_KINDS, make_scene_of_kind
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.values.steppability import Steppability
 
 

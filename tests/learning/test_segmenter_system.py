@@ -16,7 +16,7 @@ from quadpips_drake.perception.steppability.model import SteppabilityModel
 from quadpips_drake.perception.steppability.network import SteppabilityNetwork
 from quadpips_drake.perception.steppability.steppability_config import SteppabilityConfig
 from quadpips_drake.perception.steppability.steppability_segmenter_system import SteppabilitySegmenter
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.robot_state import RobotState
 from tests.learning.small import NETWORK, SMALL, floor_depth

@@ -6,7 +6,8 @@ from pydrake.geometry import Role, SceneGraph, Sphere
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
-from quadpips_drake.robots.robot_model import JOINT_NAMES, LINK_NAMES, load_robot, robot_names
+from quadpips_drake.robots.robot_library import load_robot, robot_names
+from quadpips_drake.robots.robot_model import JOINT_NAMES, LINK_NAMES
 from quadpips_drake.values.legs import Leg
 
 MASSES = {

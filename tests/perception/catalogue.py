@@ -7,7 +7,7 @@ from quadpips_drake.perception.normals.normal_estimator_system import NormalEsti
 from quadpips_drake.perception.regions.oracle_regions_system import OracleRegions
 from quadpips_drake.perception.regions.region_extractor_system import RegionExtractor
 from quadpips_drake.perception.superpixels.superpixel_segmenter_system import SuperpixelSegmenter
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from tests.perception.scenes import SMALL
 

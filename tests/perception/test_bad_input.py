@@ -14,7 +14,7 @@ from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.egocan.egocan import EgocanConfig
 from quadpips_drake.perception.egocan.ground_memory import GroundMemoryConfig
 from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
 from quadpips_drake.sensing.depth_noise_system import DepthNoise
 from quadpips_drake.sensing.self_filter import SelfFilterConfig

@@ -14,7 +14,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.egocan.egocan import EgocanConfig, begin_memory, update_memory
 from quadpips_drake.perception.egocan.ground_memory import GroundMemoryConfig
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
 from quadpips_drake.terrain.library import load_terrain

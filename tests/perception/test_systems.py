@@ -14,7 +14,7 @@ from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.diagrams.simulation_station import StationConfig
 from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
 from quadpips_drake.perception.regions.oracle_regions_system import OracleRegions
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.truth import GroundTruth

@@ -2,7 +2,7 @@
 
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
 from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.supervision.replan_monitor_system import ReplanMonitor
 
 

@@ -12,7 +12,7 @@ from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.planning.start_stance import attach_feet, start_ground, with_region
 from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.regions import RegionSet
 from tests.planning import worlds

@@ -16,7 +16,7 @@ from quadpips_drake.planning.footholds.stance_transitions import (
 from quadpips_drake.planning.nominal_pose import base_pose_above, to_frame
 from quadpips_drake.planning.region_table import foothold_near, make_region_table
 from quadpips_drake.robots.reachability import in_leg_workspace, inside_superquadric, leg_chains
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.values.legs import Leg
 from tests.planning import worlds
 

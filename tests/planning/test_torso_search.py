@@ -6,7 +6,7 @@ import pytest
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.planning.torso.support_map import ground_penalty, make_support_map
 from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.values.steppability import Steppability
 from tests.planning import worlds

@@ -10,7 +10,7 @@ from pydrake.multibody.tree import JacobianWrtVariable
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_description import CameraDescription, RobotDescription
-from quadpips_drake.robots.robot_model import load_robot, robot_names
+from quadpips_drake.robots.robot_library import load_robot, robot_names
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.values.legs import Leg
 from tests.source_tree import ROOT, files

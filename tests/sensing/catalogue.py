@@ -3,7 +3,7 @@
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.sensing.contact_sensing import ContactGeometries
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig

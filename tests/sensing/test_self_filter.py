@@ -9,7 +9,7 @@ from pydrake.systems.sensors import ImageDepth32F
 
 from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.sensing.robot_shapes import load_robot_shapes
 from quadpips_drake.sensing.self_filter import SelfFilterConfig, find_own_body
 from quadpips_drake.sensing.self_filter_system import SelfFilter

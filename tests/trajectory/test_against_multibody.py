@@ -7,7 +7,7 @@ from pydrake.math import RollPitchYaw_
 from pydrake.multibody.plant import MultibodyPlant
 
 from quadpips_drake.math.constants import GRAVITY
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.values.centroidal import CentroidalInput as Input
 from quadpips_drake.values.centroidal import CentroidalState as State

@@ -5,7 +5,7 @@ import pytest
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.math.constants import GRAVITY
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.optimal_control_problem import OcpConfig, OptimalControlProblem, shift_guess
 from quadpips_drake.trajectory.ocp.tracking_task import TrackingTask

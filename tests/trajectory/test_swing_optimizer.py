@@ -8,7 +8,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trajectory.swing.ground_profile import region_halfspaces
 from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer, SwingOptimizerConfig

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.trajectory.centroidal.centroidal_derivatives import knot_derivatives
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.projection import orthogonal_basis, project_inputs

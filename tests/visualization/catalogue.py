@@ -1,7 +1,7 @@
 """One instance of every LeafSystem of this stage, for the test that compares docstrings with ports."""
 
 from quadpips_drake.control.references.walk_command import WalkCommand
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer
 from quadpips_drake.visualization.recording import make_quiet_meshcat

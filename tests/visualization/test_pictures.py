@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.visualization import plan_meshes, plots, snapshot

@@ -95,7 +95,7 @@ def _status(done) -> int:
 
 
 def _known_robots(text: str) -> list[str]:
-    from quadpips_drake.robots.robot_model import robot_names
+    from quadpips_drake.robots.robot_library import robot_names
 
     names = text.split(",")
     for name in names:
