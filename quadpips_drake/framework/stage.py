@@ -158,6 +158,10 @@ class Stage(LeafSystem):
         """The values at the input ports in ``context``, for outputs that look at them directly."""
         return Inputs(self._ports, context)
 
+    def is_initial(self, memory: Any) -> bool:
+        """Whether nothing has been remembered yet."""
+        return memory is self._initial
+
     def shown_memory(self, context) -> Any:
         """The memory that outputs show in ``context``."""
         if self._state is None:

@@ -75,6 +75,8 @@ class ReplanMonitor(Stage):
 
     def update(self, inputs: Inputs, memory: _Memory, time: float) -> _Memory:
         """Looks at the situation."""
+        if not inputs.robot_state.is_known:
+            return memory
         now = Situation(
             time=time,
             state=inputs.robot_state,

@@ -56,6 +56,8 @@ class SafetyMonitor(Stage):
 
     def update(self, inputs: Inputs, memory: SafetyMemory, time: float) -> SafetyMemory:
         """Looks at the robot."""
+        if not inputs.robot_state.is_known:
+            return memory
         return watch(memory, inputs.robot_state, inputs.mpc_policy, self._robot, self.config)
 
     def _safe_reference(self, context) -> WholeBodyReference:

@@ -42,8 +42,10 @@ def resolve_config(schema: type, scenario: Path | None, options: dict, sets: lis
     layers += [ConfigLayer("--" + key, {key: value}) for key, value in options.items()]
     layers += [override_layer(text) for text in sets]
     robot = _last(layers, "robot") or DEFAULT_ROBOT
-    with_sections = _with_sections(schema, layers)
-    return load_config(with_sections, layers, base=with_sections(robot=robot))
+    stages = _stages_type(schema, layers)
+    if stages is not schema.stages_type():
+        schema = make_dataclass(schema.__name__, [("stages", stages, field(default=None))], bases=(schema,))
+    return load_config(schema, layers, base=schema(robot=robot, stages=default_stages(stages, robot)))
 
 
 def load_trial_config(
@@ -58,13 +60,10 @@ def load_trial_config(
     return resolve_config(schema, Path(file) if file else None, options, list(sets))
 
 
-def _with_sections(schema: type, layers: list[ConfigLayer]) -> type:
-    """The schema with the sections of a planner, region source and state estimator from outside the package."""
+def _stages_type(schema: type, layers: list[ConfigLayer]) -> type:
+    """The type of the stages with the sections of a planner, region source and state estimator from outside the package."""
     chosen = {key: _last(layers, *path) for key, path in schema.choices().items()}
-    stages = schema.stages_type(**{key: name for key, name in chosen.items() if name})
-    if stages is schema.stages_type():
-        return schema
-    return make_dataclass(schema.__name__, [("stages", stages, field(default=None))], bases=(schema,))
+    return schema.stages_type(**{key: name for key, name in chosen.items() if name})
 
 
 def _last(layers: list[ConfigLayer], *path: str) -> str | None:

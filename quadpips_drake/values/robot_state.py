@@ -35,6 +35,11 @@ class RobotState(ImmutableValue):
     contacts: np.ndarray
     """Whether each foot touches the ground, bool, shape (4,)."""
 
+    @property
+    def is_known(self) -> bool:
+        """Whether this is an estimate at all: before an estimator's first one there is none."""
+        return self.stamp > -np.inf
+
     @staticmethod
     def empty() -> "RobotState":
         """Nothing was measured yet: everything is zero."""

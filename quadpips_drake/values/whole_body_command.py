@@ -39,7 +39,7 @@ class WholeBodyCommand(ImmutableValue):
     foot_modes: np.ndarray
     """FootMode of each foot, int (4,)."""
     status: str
-    """"standing" without a policy, else the solver's word."""
+    """"blind" without a state, "standing" without a policy, else the solver's word."""
     success: bool
     fallbacks: int
     """How many ticks since the start had a program that failed."""

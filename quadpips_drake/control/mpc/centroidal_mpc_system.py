@@ -47,5 +47,7 @@ class CentroidalMpc(Stage):
         self.declare_output("mpc_policy", MpcPolicy, lambda memory: memory.policy)
 
     def update(self, inputs: Inputs, memory: MpcMemory, time: float) -> MpcMemory:
-        """One solve."""
+        """One solve, once there is a state to start from."""
+        if not inputs.robot_state.is_known:
+            return memory
         return self._mpc.compute(inputs.robot_state, inputs.reference, memory)

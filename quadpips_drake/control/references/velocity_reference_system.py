@@ -55,6 +55,8 @@ class VelocityReference(Stage):
 
     def update(self, inputs: Inputs, memory: WalkMemory, time: float) -> WalkMemory:
         """Goes on with the walk; a robot in trouble stands, and begins anew afterwards."""
+        if not inputs.robot_state.is_known:
+            return memory
         if inputs.safety_status.unstable:
             return self._walk.update(WalkMemory.empty(), inputs.robot_state, np.zeros(3), load_gait(STANCE))
         return self._walk.update(memory, inputs.robot_state, inputs.velocity_command, load_gait(inputs.gait))

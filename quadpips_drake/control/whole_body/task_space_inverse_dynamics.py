@@ -60,6 +60,8 @@ class TaskSpaceInverseDynamics:
     def compute(self, state: RobotState, policy: MpcPolicy, last: WholeBodyCommand) -> WholeBodyCommand:
         """One tick. ``last`` is the previous result: its solution starts this one, its torque stands in for a failed one."""
         start = clock.perf_counter()
+        if not state.is_known:
+            return replace(WholeBodyCommand.empty(), joint_positions=np.array(self._robot.nominal_joints), status="blind")
         dynamics = self._dynamics.evaluate(state)
         if policy.is_empty:
             return self._stand(state, dynamics, last, "standing", last.fallbacks, 0, start)

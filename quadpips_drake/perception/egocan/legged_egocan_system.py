@@ -62,6 +62,8 @@ class LeggedEgocan(Stage):
     def initialize(self, inputs: Inputs, memory: EgocanMemory, time: float) -> EgocanMemory:
         """Assumes ground around the feet and takes in the first images."""
         images, state = [getattr(inputs, name) for name in self._image_ports], inputs.robot_state
+        if not state.is_known:
+            return memory
         X_WB = np.eye(4)
         X_WB[:3, :3], X_WB[:3, 3] = state.R_WB, state.p_WB
         p_WG = self._robot.soles_W(self._robot.foot_positions_W(state))
@@ -69,6 +71,8 @@ class LeggedEgocan(Stage):
 
     def update(self, inputs: Inputs, memory: EgocanMemory, time: float) -> EgocanMemory:
         """Takes in the images of this moment."""
+        if self.is_initial(memory):  # there was no estimate of the state until now
+            return self.initialize(inputs, memory, time)
         images = [getattr(inputs, name) for name in self._image_ports]
         return update_memory(memory, images, float(inputs.robot_state.rpy_WB[2]), self.config)
 

@@ -1,0 +1,1 @@
+"""What a user of quadpips_drake might add to it."""
