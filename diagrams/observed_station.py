@@ -33,8 +33,10 @@ class ObservedStation(Diagram):
         - query_object
         - robot_state
 
+    - feedforward_torque, desired_joint_state, applied_spatial_force, depth_image, camera_pose, depth_image_<camera>,
+      camera_pose_<camera>, foot_contacts, joint_encoders, imu, joint_torques, plant_state, contact_results, query_object: as
+      of SimulationStation.
     - robot_state: RobotState without error, frame W.
-    - All others: as of SimulationStation.
     """
 
     def __init__(

@@ -3,12 +3,13 @@
 from pydrake.systems.framework import Diagram
 
 from quadpips_drake.control.references.walk_command import WalkCommand
+from quadpips_drake.diagrams.observed_station import ObservedStation
 from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.diagrams.planning_module import PlanningModule
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram
 from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.diagrams.tracking_module import TrackingModule
-from quadpips_drake.diagrams.walk import Walk
+from quadpips_drake.diagrams.walk import WalkDiagram
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 
@@ -20,11 +21,12 @@ def make_systems() -> list[Diagram]:
     intrinsics = station.camera_intrinsics
     return [
         station,
+        ObservedStation(robot, terrain),
         PerceptionModule(robot, intrinsics),
         PerceptionModule(robot, intrinsics, QuadpipsConfig().perception),
         PerceptionModule(robot, intrinsics, further_cameras=["left", "right"]),
-        PlanningModule(robot, terrain.goal),
+        PlanningModule(robot),
         TrackingModule(robot),
-        Walk(robot, terrain, [WalkCommand()]),
+        WalkDiagram(robot, terrain, [WalkCommand()]),
         QuadpipsDiagram(robot, terrain),
     ]

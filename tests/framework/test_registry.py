@@ -47,9 +47,9 @@ def installed(monkeypatch):
 def test_an_entry_is_added_in_one_call(pets):
     added = pets.add("cat", make_cat, CatConfig, summary="purrs")
     assert pets.get("cat") is added
-    assert added == Entry(make_cat, CatConfig, "purrs", name="cat")
+    assert added == Entry(make_cat, CatConfig, "purrs", section="cat", name="cat")
     assert added.factory(added.config().lives) == "a cat of 9 lives"
-    assert pets.add("hydra-2_b", make_cat) == Entry(make_cat, None, "", name="hydra-2_b")
+    assert pets.add("hydra-2_b", make_cat) == Entry(make_cat, None, "", section="hydra_2_b", name="hydra-2_b")
     assert pets.names() == ["cat", "hydra-2_b"] and "cat" in pets and "dog" not in pets
 
 
