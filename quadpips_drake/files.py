@@ -10,6 +10,7 @@ import json
 import os
 import stat
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -23,11 +24,32 @@ MAX_VALUES = 300_000
 """Most values in a file, keys and lists counted too."""
 
 
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Gives the path of a new file that takes the place of ``path`` at once when the block ends well.
+
+    Whoever reads sees the old file or the new one. When the block raises (a full disk, say) the new file is removed and
+    the old one stays.
+    """
+    path = Path(path)
+    unfinished = path.with_name(f".new.{path.name}")
+    try:
+        yield unfinished
+        unfinished.replace(path)
+    except BaseException:
+        unfinished.unlink(missing_ok=True)
+        raise
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes ``text`` (UTF-8) to ``path`` at once, see ``replacing``."""
+    with replacing(path) as unfinished:
+        unfinished.write_text(text, encoding="utf-8")
+
+
 def write_json(path: Path, content: dict) -> None:
-    """Writes ``content`` to ``path`` at once: whoever reads sees the old file or the new one."""
-    unfinished = Path(path).with_name(f".{Path(path).name}.new")
-    unfinished.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    unfinished.replace(path)
+    """Writes ``content`` to ``path`` at once, see ``replacing``."""
+    write_text(path, json.dumps(content, indent=1) + "\n")
 
 
 def write_bytes(path: Path, content: bytes) -> None:

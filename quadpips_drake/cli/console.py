@@ -1,29 +1,67 @@
-"""What the commands share: one-line errors with the exit codes of the command line, and reading of option values."""
+"""What the commands share: what they print and how they end, and reading of option values."""
 
 import math
 import sys
+import unicodedata
 from pathlib import Path
+from typing import NoReturn
 
 import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
+from quadpips_drake import interruption
 from quadpips_drake.errors import UserInputError
 
-SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+SUCCESS, FAILURE, BAD_INPUT = 0, 1, 2
+"""An interrupted command ends with 130 (Ctrl-C) or 128 and the number of the signal."""
+_CONTROL = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""Unicode categories of what changes how other text is shown instead of being shown."""
 
-messages = Console(stderr=True, highlight=False, soft_wrap=True)
+
+def printable(text: str) -> str:
+    """``text`` with control characters written out (ESC as \\x1b), line ends and tabs apart.
+
+    Names and messages out of files must not move the cursor, colour the terminal or hide what stands beside them.
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(
+        character.encode("unicode_escape").decode("ascii")
+        if unicodedata.category(character) in _CONTROL and character not in "\n\t"
+        else character
+        for character in text
+    )
+
+
+class PlainConsole(Console):
+    """A console that shows control characters in text instead of obeying them."""
+
+    def print(self, *objects, **options):
+        super().print(*(printable(item) if isinstance(item, str) else item for item in objects), **options)
+
+
+messages = PlainConsole(stderr=True, highlight=False, soft_wrap=True)
 """For progress, remarks and errors; results go to stdout."""
 
 
+def say(text: str) -> None:
+    """Prints ``text``, a result, on stdout."""
+    typer.echo(printable(text))
+
+
 class OneLineErrors(TyperGroup):
-    """Root of the commands: bad input ends with one line on stderr and exit status 2, never with a traceback or a box."""
+    """Root of the commands: bad input ends with one line on stderr and exit status 2, never with a traceback or a box.
+
+    Ctrl-C, and SIGTERM like it, ends a command with exit status 128 and the number of the signal.
+    """
 
     def main(self, args=None, prog_name=None, complete_var=None, standalone_mode=True, **extra):
         if not standalone_mode:
             return super().main(args, prog_name, complete_var, standalone_mode=False, **extra)
         try:
-            status = super().main(args, prog_name, complete_var, standalone_mode=False, **extra)
+            with interruption.interruptible():
+                status = super().main(args, prog_name, complete_var, standalone_mode=False, **extra)
         except UserInputError as error:
             print_error(str(error))
             status = BAD_INPUT
@@ -33,8 +71,20 @@ class OneLineErrors(TyperGroup):
                 print_error(f"{message} {_help_hint(error)}")
             status = BAD_INPUT
         except typer.Abort:
-            status = INTERRUPTED
+            status = FAILURE
         sys.exit(status if isinstance(status, int) else SUCCESS)
+
+    def invoke(self, ctx):
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as interrupt:
+            raise typer.Exit(interruption.exit_status(interrupt)) from None
+
+
+def end_interrupted(interrupt: KeyboardInterrupt, remark: str) -> NoReturn:
+    """Ends the command with the exit status of an interruption; says so, and what is left (``remark``)."""
+    messages.print(f"interrupted; {remark}", markup=False)
+    raise typer.Exit(interruption.exit_status(interrupt)) from None
 
 
 def print_error(message: str) -> None:
@@ -56,6 +106,32 @@ def numbers(option: str, text: str, names: str) -> list[float]:
     if len(values) != len(names.split(",")) or not all(math.isfinite(value) for value in values):
         raise UserInputError(f"{option} '{text}' is not of the form {names} (numbers with commas and without spaces)")
     return values
+
+
+def seconds(text: str) -> float:
+    """Reads the value of an option that is a duration; the ``parser`` of the option.
+
+    Raises:
+        typer.BadParameter: it is no positive, finite number.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise typer.BadParameter(f"the duration must be a positive number of seconds, not '{text}'.")
+    return value
+
+
+def directory(text: str) -> Path:
+    """Reads the value of an option that is a directory for results; the ``parser`` of the option.
+
+    Raises:
+        typer.BadParameter: it is empty, which as a path would mean the working directory.
+    """
+    if not str(text).strip():
+        raise typer.BadParameter("an empty name is no directory; for the working directory give a dot.")
+    return Path(text)
 
 
 def writable_directory(path: Path) -> Path:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from quadpips_drake.cli.console import FAILURE, messages, print_error, writable_directory
+from quadpips_drake.cli.console import FAILURE, end_interrupted, messages, print_error, writable_directory
 
 EPILOG = """
 Examples:
@@ -64,9 +64,8 @@ def _make_with_progress(out: Path, frames: int, seed: int, config, workers: int,
                 bar = progress.add_task("dataset", completed=done, total=total)
                 for done, _ in shards:
                     progress.update(bar, completed=done)
-    except KeyboardInterrupt:
-        messages.print(f"interrupted; {done} of {total} shards lie in {out}, --resume goes on", markup=False)
-        raise
+    except KeyboardInterrupt as interrupt:
+        end_interrupted(interrupt, f"{done} of {total} shards lie in {out}, --resume goes on")
     except (OSError, JobFailed) as error:
         reason = getattr(error, "strerror", None) or str(error)
         print_error(f"--out {out}: {reason}; {done} of {total} shards lie there, --resume goes on")

@@ -6,7 +6,18 @@ from typing import Annotated
 import typer
 
 from quadpips_drake.cli import console
-from quadpips_drake.cli.trials import run_and_report
+from quadpips_drake.cli.trials import (
+    MeshcatHost,
+    NoRecording,
+    Overwrite,
+    Robot,
+    Scenario,
+    Seed,
+    Sets,
+    Start,
+    run_and_report,
+    watched_from,
+)
 
 EPILOG = """
 Examples:
@@ -30,12 +41,8 @@ Exit status: 0 goal reached, 1 trial failed, 2 bad input.
 
 
 def run(
-    scenario: Annotated[
-        Path | None, typer.Argument(metavar="SCENARIO", help="YAML file with any of the keys of a saved config.yaml.")
-    ] = None,
-    robot: Annotated[
-        str | None, typer.Option(metavar="NAME|FILE", help="anymal_c, go2, or a robot.yaml. Default: anymal_c.")
-    ] = None,
+    scenario: Scenario = None,
+    robot: Robot = None,
     terrain: Annotated[
         str | None,
         typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list', or a file. Default: stepping_stones."),
@@ -44,18 +51,25 @@ def run(
     regions: Annotated[
         str | None, typer.Option(metavar="NAME", help="Where planar regions come from. Default: superpixels.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(metavar="N", help="Of all random numbers. Default: 0.")] = None,
-    start: Annotated[str | None, typer.Option(metavar="X,Y,YAW", help="Start, m and rad. Default: the terrain's.")] = None,
+    seed: Seed = None,
+    start: Start = None,
     goal: Annotated[str | None, typer.Option(metavar="X,Y", help="Goal, m. Default: the terrain's.")] = None,
-    duration: Annotated[float | None, typer.Option(metavar="S", help="Longest simulated time, s. Default: 60.")] = None,
+    duration: Annotated[
+        float | None, typer.Option(parser=console.seconds, metavar="S", help="Longest simulated time, s. Default: 60.")
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="For the results. Default: out/ROBOT-TERRAIN-PLANNER-SEED.")
+        Path | None,
+        typer.Option(
+            parser=console.directory,
+            metavar="DIR",
+            help="For the results. Default: out/ROBOT-TERRAIN-PLANNER-SEED and what else differs from the defaults.",
+        ),
     ] = None,
+    overwrite: Overwrite = False,
     meshcat: Annotated[bool, typer.Option("--meshcat", help="Show the run in a browser; prints the address.")] = False,
-    no_recording: Annotated[bool, typer.Option("--no-recording", help="Do not write recording.html.")] = False,
-    sets: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value; may be repeated.")
-    ] = None,
+    meshcat_host: MeshcatHost = None,
+    no_recording: NoRecording = False,
+    sets: Sets = None,
 ):
     """Let a robot walk from start to goal by its own camera, in simulation.
 
@@ -66,10 +80,12 @@ def run(
     options["goal"] = None if goal is None else console.numbers("--goal", goal, "X,Y")
     chosen = [] if regions is None else [f"stages.region_source={regions}"]
     config = resolve_trial_config(scenario, {k: v for k, v in options.items() if v is not None}, chosen + (sets or []))
-    out = console.writable_directory(out or default_directory(config))
     from quadpips_drake.trials.trial import run_trial
 
-    raise typer.Exit(run_and_report(run_trial, config, out, recording=not no_recording, meshcat=meshcat))
+    host = watched_from(meshcat, meshcat_host)
+    out = out or default_directory(config)
+    status = run_and_report(run_trial, config, out, recording=not no_recording, overwrite=overwrite, meshcat_host=host)
+    raise typer.Exit(status)
 
 
 def resolve_trial_config(scenario: Path | None, options: dict, sets: list[str]):
@@ -81,5 +97,8 @@ def resolve_trial_config(scenario: Path | None, options: dict, sets: list[str]):
 
 
 def default_directory(config) -> Path:
-    """Returns where the results of the TrialConfig go unless the user says otherwise."""
-    return Path("out") / f"{config.robot}-{Path(config.terrain).stem}-{config.planner}-{config.seed}"
+    """Returns where the results of the TrialConfig go unless the user says otherwise: somewhere else for each trial."""
+    from quadpips_drake.trials.directory_name import directory_name
+
+    names = {"robot": config.robot, "terrain": config.terrain, "planner": config.planner, "seed": config.seed}
+    return Path("out") / directory_name(config, resolve_trial_config(None, names, []), *names.values())

@@ -1,16 +1,35 @@
-"""What the commands share that simulate: their configuration, their progress, and what is said at the end."""
+"""What the commands share that simulate: where results go, their progress, and what is said at the end."""
 
+import os
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Annotated
 
 import typer
 from rich.progress import BarColumn, Progress, TextColumn
 
 from quadpips_drake.cli import console
 
+# Options that mean the same with every command that simulates.
+Scenario = Annotated[
+    Path | None, typer.Argument(metavar="SCENARIO", help="YAML file with any of the keys of a saved config.yaml.")
+]
+Robot = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="anymal_c, go2, or a robot.yaml. Default: anymal_c.")]
+Seed = Annotated[int | None, typer.Option(metavar="N", help="Of all random numbers. Default: 0.")]
+Start = Annotated[str | None, typer.Option(metavar="X,Y,YAW", help="Start, m and rad. Default: the terrain's.")]
+NoRecording = Annotated[bool, typer.Option("--no-recording", help="Do not write recording.html.")]
+Sets = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value; may be repeated.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results that DIR holds already.")]
+MeshcatHost = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Where Meshcat listens; * for the whole network. Default: this machine alone."),
+]
 LINE_PERIOD = 5.0
 """Simulated time between two lines of progress where no bar can be drawn [s]."""
+
+LOCAL = "localhost"
+"""Where only this machine can watch."""
 
 
 class RunProgress:
@@ -20,23 +39,33 @@ class RunProgress:
         self._duration = duration
         self._first: tuple[float, float] | None = None
         self._next_line = 0.0
+        self._said = ""
         columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[status]}"))
         self._bar = Progress(*columns, console=console.messages, transient=True)
-        self._task = self._bar.add_task("building", total=duration, status="the first run compiles for a minute or two")
+        self._task = self._bar.add_task("starting", total=duration, status="")
 
     def __enter__(self):
         if console.messages.is_terminal:
             self._bar.start()
-        else:
-            console.messages.print("building (the first run compiles for a minute or two)")
         return self
 
     def __exit__(self, *_):
         if console.messages.is_terminal:
             self._bar.stop()
 
+    def announce(self, text: str) -> None:
+        """Takes what goes on beside the simulation itself."""
+        if text == self._said:
+            return
+        self._said = text
+        if console.messages.is_terminal:
+            self._bar.update(self._task, description="", status=console.printable(text))
+        else:
+            console.messages.print(text, markup=False)
+
     def __call__(self, sim_time: float) -> None:
         """Takes the simulated time [s]."""
+        self._said = ""
         now = time.perf_counter()
         if self._first is None:
             self._first = (sim_time, now)
@@ -51,7 +80,9 @@ class RunProgress:
             self._next_line = sim_time + LINE_PERIOD
 
 
-def run_and_report(simulate: Callable, config, out: Path, *, recording: bool, meshcat: bool, **options) -> int:
+def run_and_report(
+    simulate: Callable, config, out: Path, *, recording: bool, overwrite: bool, meshcat_host: str | None, **options
+) -> int:
     """Runs a trial, prints what came out and returns the exit status.
 
     Args:
@@ -59,33 +90,64 @@ def run_and_report(simulate: Callable, config, out: Path, *, recording: bool, me
         config: its configuration.
         out: directory for the files.
         recording: whether to write recording.html.
-        meshcat: whether to show the trial in a browser.
+        overwrite: whether earlier results in ``out`` may be replaced.
+        meshcat_host: address on which a browser can watch the trial; None: no browser.
         options: further keyword arguments of ``simulate``.
     """
-    browser = None
-    if meshcat:
-        from pydrake.geometry import Meshcat
-
-        browser = Meshcat()
-        console.messages.print(f"watch it at {browser.web_url()}")
+    browser = None if meshcat_host is None else _meshcat(meshcat_host)
+    before = _contents(out)
     try:
         with RunProgress(config.duration) as progress:
-            result = simulate(config, out, recording=recording, meshcat=browser, progress=progress, **options)
-    except KeyboardInterrupt:
-        console.messages.print(f"interrupted; what was simulated so far lies in {out}")
-        return console.INTERRUPTED
+            options |= {"meshcat": browser, "progress": progress, "announce": progress.announce}
+            result = simulate(config, out, recording=recording, overwrite=overwrite, **options)
+    except KeyboardInterrupt as interrupt:
+        written = [name for name, state in _contents(out).items() if before.get(name) != state]
+        what = f"what was simulated so far lies in {out}: {', '.join(written)}" if written else "nothing was written"
+        console.end_interrupted(interrupt, what)
     ended = f"{result.reason.replace('_', ' ')} after {result.sim_time:.1f} s"
     detail = f": {result.detail}" if result.detail else ""
-    typer.echo(
+    console.say(
         f"{'success' if result.success else 'failure'}: {ended} (real-time factor {result.realtime_factor:.2f}){detail}"
     )
     for command in result.walk.get("commands", ()):
-        if "mean_velocity" in command:
-            asked, mean = (", ".join(f"{v:.2f}" for v in command[key]) for key in ("velocity", "mean_velocity"))
-            typer.echo(
-                f"velocity:  {mean} in the mean (forward, left m/s; turn rad/s), {asked} was asked of {command['gait']}"
-            )
-    if recording:
-        typer.echo(f"recording: {out / 'recording.html'} (open it in a browser)")
-    typer.echo(f"result:    {out / 'result.json'}")
+        _tell_command(command)
+    if "recording.html" in _contents(out):
+        console.say(f"recording: {out / 'recording.html'} (open it in a browser)")
+    console.say(f"result:    {out / 'result.json'}")
     return console.SUCCESS if result.success else console.FAILURE
+
+
+def watched_from(meshcat: bool, host: str | None) -> str | None:
+    """The address on which Meshcat is to listen, from ``--meshcat`` and ``--meshcat-host``; None: there is to be none."""
+    return host if host is not None else LOCAL if meshcat else None
+
+
+def _tell_command(command: dict) -> None:
+    """Prints how a stretch of a walk went, if it was long enough to be judged."""
+
+    def words(key: str) -> str:
+        return ", ".join(f"{v:.2f}" for v in command[key])
+
+    limit = f"; the legs allow {words('feasible_velocity')} in this gait" if "feasible_velocity" in command else ""
+    asked = f"{words('velocity')} was asked of {command['gait']}{limit}"
+    if "mean_velocity" in command:
+        console.say(f"velocity:  {words('mean_velocity')} in the mean (forward, left m/s; turn rad/s), {asked}")
+    elif limit:
+        console.say(f"velocity:  {asked} (forward, left m/s; turn rad/s)")
+
+
+def _meshcat(host: str):
+    """A Meshcat that listens on ``host``; says where it can be watched."""
+    from quadpips_drake.visualization.recording import make_quiet_meshcat
+
+    browser = make_quiet_meshcat(host=host)
+    console.messages.print(f"watch it at {browser.web_url()}", markup=False)
+    return browser
+
+
+def _contents(out: Path) -> dict[str, tuple[int, int]]:
+    """Files in ``out`` that are no hidden ones; each with what changes when it is written anew."""
+    if not os.path.isdir(out):
+        return {}
+    files = [path for path in sorted(out.iterdir()) if path.is_file() and not path.name.startswith(".")]
+    return {path.name: (path.stat().st_ino, path.stat().st_mtime_ns) for path in files}

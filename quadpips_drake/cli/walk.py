@@ -6,7 +6,18 @@ from typing import Annotated
 import typer
 
 from quadpips_drake.cli import console
-from quadpips_drake.cli.trials import run_and_report
+from quadpips_drake.cli.trials import (
+    MeshcatHost,
+    NoRecording,
+    Overwrite,
+    Robot,
+    Scenario,
+    Seed,
+    Sets,
+    Start,
+    run_and_report,
+    watched_from,
+)
 
 EPILOG = """
 Examples:
@@ -31,18 +42,16 @@ Exit status: 0 upright at the end, 1 the trial failed, 2 bad input.
 
 
 def walk(
-    scenario: Annotated[
-        Path | None, typer.Argument(metavar="SCENARIO", help="YAML file with any of the keys of a saved config.yaml.")
-    ] = None,
-    robot: Annotated[
-        str | None, typer.Option(metavar="NAME|FILE", help="anymal_c, go2, or a robot.yaml. Default: anymal_c.")
-    ] = None,
+    scenario: Scenario = None,
+    robot: Robot = None,
     gait: Annotated[str | None, typer.Option(metavar="NAME", help="See below. Default: trot.")] = None,
     velocity: Annotated[
         str | None,
         typer.Option(metavar="VX,VY,WZ", help="Forward and left, m/s, and yaw rate, rad/s. Default: 0.3,0,0."),
     ] = None,
-    duration: Annotated[float | None, typer.Option(metavar="S", help="Simulated time, s. Default: 10.")] = None,
+    duration: Annotated[
+        float | None, typer.Option(parser=console.seconds, metavar="S", help="Simulated time, s. Default: 10.")
+    ] = None,
     terrain: Annotated[
         str | None, typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list', or a file. Default: flat.")
     ] = None,
@@ -52,18 +61,23 @@ def walk(
             metavar="N,E,W,T0,DT", help="Force on the base along x, y, z of the world, N, from T0 for DT s; repeatable."
         ),
     ] = None,
-    start: Annotated[str | None, typer.Option(metavar="X,Y,YAW", help="Start, m and rad. Default: the terrain's.")] = None,
-    seed: Annotated[int | None, typer.Option(metavar="N", help="Of all random numbers. Default: 0.")] = None,
+    start: Start = None,
+    seed: Seed = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="For the results. Default: out/ROBOT-TERRAIN-GAIT-SEED.")
+        Path | None,
+        typer.Option(
+            parser=console.directory,
+            metavar="DIR",
+            help="For the results. Default: out/ROBOT-TERRAIN-GAIT-SEED and what else differs from the defaults.",
+        ),
     ] = None,
+    overwrite: Overwrite = False,
     meshcat: Annotated[
         bool, typer.Option("--meshcat", help="Show the walk in a browser, with sliders for velocity and gait.")
     ] = False,
-    no_recording: Annotated[bool, typer.Option("--no-recording", help="Do not write recording.html.")] = False,
-    sets: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value; may be repeated.")
-    ] = None,
+    meshcat_host: MeshcatHost = None,
+    no_recording: NoRecording = False,
+    sets: Sets = None,
 ):
     """Let a robot walk by velocity command, in simulation; it sees nothing.
 
@@ -73,15 +87,30 @@ def walk(
     options["velocity"] = None if velocity is None else console.numbers("--velocity", velocity, "VX,VY,WZ")
     options["start"] = None if start is None else console.numbers("--start", start, "X,Y,YAW")
     options["pushes"] = [_push(text) for text in push] if push else None
-    from quadpips_drake.trials.trial_options import resolve_config
-    from quadpips_drake.trials.walk_trial import WalkTrialConfig, run_walk
+    from quadpips_drake.trials.walk_trial import run_walk
 
-    config = resolve_config(WalkTrialConfig, scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
-    out = out or Path("out") / f"{config.robot}-{Path(config.terrain).stem}-{config.gait}-{config.seed}"
-    status = run_and_report(
-        run_walk, config, console.writable_directory(out), recording=not no_recording, meshcat=meshcat, panel=meshcat
+    config = resolve_walk_config(scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
+    host = watched_from(meshcat, meshcat_host)
+    options = {"overwrite": overwrite, "meshcat_host": host, "panel": host is not None}
+    raise typer.Exit(
+        run_and_report(run_walk, config, out or default_directory(config), recording=not no_recording, **options)
     )
-    raise typer.Exit(status)
+
+
+def resolve_walk_config(scenario: Path | None, options: dict, sets: list[str]):
+    """Returns the WalkTrialConfig that scenario file, options and overrides make together; see ``resolve_config``."""
+    from quadpips_drake.trials.trial_options import resolve_config
+    from quadpips_drake.trials.walk_trial import WalkTrialConfig
+
+    return resolve_config(WalkTrialConfig, scenario, options, sets)
+
+
+def default_directory(config) -> Path:
+    """Returns where the results of the WalkTrialConfig go unless the user says otherwise: somewhere else for each walk."""
+    from quadpips_drake.trials.directory_name import directory_name
+
+    names = {"robot": config.robot, "terrain": config.terrain, "gait": config.gait, "seed": config.seed}
+    return Path("out") / directory_name(config, resolve_walk_config(None, names, []), *names.values())
 
 
 def _push(text: str) -> dict:

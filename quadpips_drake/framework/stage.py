@@ -9,7 +9,6 @@ goes on from its newest memory, as a process does that runs beside the others an
 they are the same on every machine. A stage without a rate has no memory; its outputs are computed when they are read.
 """
 
-import time as clock
 from collections.abc import Callable
 from enum import Enum
 from math import inf
@@ -26,6 +25,7 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
+from quadpips_drake.compiling import work_clock
 from quadpips_drake.framework.ports import WiringError, declare_input, declare_output, full_name, value_type
 from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.timing import StageTimings
@@ -55,10 +55,10 @@ class Inputs:
         ports = self.__dict__["_ports"]
         if name not in ports:
             raise AttributeError(f"there is no input port '{name}'; there are {', '.join(ports)}")
-        start = clock.perf_counter()
+        start = work_clock()
         value = ports[name].read(self._context)
         self.__dict__[name] = value
-        self.__dict__["waited"] += clock.perf_counter() - start
+        self.__dict__["waited"] += work_clock() - start
         return value
 
 
@@ -203,10 +203,10 @@ class Stage(LeafSystem):
     def _timed(self, function: Callable, context, memory):
         """``function`` called and timed; what it waited for its inputs is theirs."""
         inputs = self.inputs(context)
-        start = clock.perf_counter()
+        start = work_clock()
         result = function(inputs, memory, context.get_time())
         if result is not memory:
-            self.timings.record(self._label, clock.perf_counter() - start - inputs.waited)
+            self.timings.record(self._label, work_clock() - start - inputs.waited)
         return result
 
     def _initialize(self, context, state):

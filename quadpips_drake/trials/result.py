@@ -1,12 +1,15 @@
 """What one trial has to say: result.json (fields in docs/running.md)."""
 
 import json
+import math
 import platform
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-REASONS = ("goal_reached", "upright", "fell", "left_terrain", "timeout", "no_plan", "error")
+from quadpips_drake.files import write_text
+
+REASONS = ("goal_reached", "upright", "fell", "left_terrain", "timeout", "no_plan", "interrupted", "error")
 """goal_reached is the success of a run, upright (at the end) that of a walk."""
 
 
@@ -43,9 +46,17 @@ class TrialResult:
             raise ValueError(f"reason '{self.reason}' is not one of {REASONS}")
 
     def save(self, path: Path):
-        """Writes the result as JSON; NaN becomes null, so that every reader can read it."""
-        document = {k: (None if v != v else v) if isinstance(v, float) else v for k, v in asdict(self).items()}
-        Path(path).write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        """Writes the result as JSON; what is not finite becomes null, so that every reader can read it."""
+        write_text(path, json.dumps(_finite(asdict(self)), indent=2, allow_nan=False) + "\n")
+
+
+def _finite(value):
+    """``value`` with null in place of every number that JSON does not know."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def installed_versions() -> dict:

@@ -1,22 +1,19 @@
-"""What all trials have in common: a robot in a simulated world, watched by a judge until it is over, and written down."""
+"""What all trials have in common: a robot in a simulated world, watched by a judge until it is over."""
 
-import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from quadpips_drake.configuration.loading import save_config
+from quadpips_drake.compiling import work_clock
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.interruption import check as check_interruption
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.judge import JudgeConfig, TrialJudge, Verdict
 from quadpips_drake.trials.result import TrialResult, installed_versions
 from quadpips_drake.trials.trial_log import TrialLog
-from quadpips_drake.visualization.meshcat_layers import draw_course
-from quadpips_drake.visualization.recording import make_quiet_meshcat, save_recording, start_recording
 
 _START_STREAM = 1
 """Separates the random numbers of the start from those of the sensors, which come from the same seed."""
@@ -60,6 +57,15 @@ class SimulationConfig:
             raise UserInputError("log_rate must be between 1 and 1000 Hz")
 
 
+BREAKDOWNS = (Exception, SystemExit)
+"""What a trial survives that breaks off in it: also Drake's failed assertions, which arrive as SystemExit."""
+
+
+def in_one_line(error: BaseException) -> str:
+    """What an exception says, in one line."""
+    return next(iter(str(error).splitlines()), "") or repr(error)
+
+
 class SimulatedTrial:
     """A trial that is under way: carried on by ``run``, told by ``result``; kinds of trials fill in what differs."""
 
@@ -97,8 +103,11 @@ class SimulatedTrial:
 
         Args:
             progress: called with the simulated time [s] now and then.
+
+        Raises:
+            KeyboardInterrupt: the program was interrupted; the verdict says so.
         """
-        started = time.perf_counter()
+        started = work_clock()
         step = 1.0 / self.config.log_rate
         try:
             self.simulator.Initialize()
@@ -110,16 +119,17 @@ class SimulatedTrial:
                 if self.verdict is None:
                     ticks += 1
                     self.simulator.AdvanceTo(ticks * step)
+                    check_interruption()
                 if progress is not None and ticks % 10 == 0:
                     progress(self.context.get_time())
-        except KeyboardInterrupt:
-            self.verdict = Verdict("error", "interrupted")
+        except KeyboardInterrupt as interrupt:
+            self.verdict = Verdict("interrupted", f"by {interrupt}" if str(interrupt) else "by Ctrl-C")
             raise
-        except (RuntimeError, ValueError, FloatingPointError) as error:
+        except BREAKDOWNS as error:
             self.traceback = traceback.format_exc()
-            self.verdict = Verdict("error", f"the simulation stopped: {(str(error) or repr(error)).splitlines()[0]}")
+            self.verdict = Verdict("error", f"the simulation stopped: {in_one_line(error)}")
         finally:
-            self.wall_time = time.perf_counter() - started
+            self.wall_time = work_clock() - started
         return self.verdict
 
     def note_progress(self, stamp: float, fraction: float) -> None:
@@ -155,57 +165,3 @@ def _start_of(config: SimulationConfig, terrain) -> np.ndarray:
         reach = np.array([config.start_position_noise, config.start_position_noise, config.start_yaw_noise])
         start += np.random.default_rng([config.seed, _START_STREAM]).uniform(-reach, reach)
     return start
-
-
-def record_trial(
-    kind: type[SimulatedTrial],
-    config: SimulationConfig,
-    out: Path,
-    *,
-    recording: bool,
-    meshcat=None,
-    progress: Callable[[float], None] | None = None,
-    **options,
-) -> TrialResult:
-    """Runs a trial and writes result.json, config.yaml, log.npz and (if wanted) recording.html into ``out``.
-
-    What was computed is written even when the trial is interrupted or breaks off; then error.txt has the details. For a
-    start or goal that makes no sense result.json says so before the UserInputError goes on to the caller.
-
-    Args:
-        kind: which trial; called with ``config``, ``meshcat`` and ``options``.
-        config: what to run.
-        out: directory for the files, made when missing.
-        recording: whether to write recording.html.
-        meshcat: a Meshcat to show the trial in while it runs; made when a recording is wanted.
-        progress: called with the simulated time [s] now and then.
-        options: further keyword arguments of ``kind``.
-    """
-    out = Path(out)
-    out.mkdir(parents=True, exist_ok=True)
-    for stale in ("result.json", "recording.html", "log.npz", "error.txt"):
-        (out / stale).unlink(missing_ok=True)
-    save_config(config, out / "config.yaml")
-    if recording and meshcat is None:
-        meshcat = make_quiet_meshcat()
-    try:
-        trial = kind(config, meshcat=meshcat, **options)
-    except UserInputError as error:
-        refused = {"planner": getattr(config, "planner", ""), "detail": str(error), "versions": installed_versions()}
-        TrialResult(False, "error", config.robot, config.terrain, seed=config.seed, **refused).save(out / "result.json")
-        raise
-    if meshcat is not None:
-        draw_course(meshcat, trial.terrain)
-    if recording:
-        start_recording(meshcat)
-    try:
-        trial.run(progress)
-    finally:
-        result = trial.result()
-        result.save(out / "result.json")
-        trial.log.save(out / "log.npz")
-        if trial.traceback:
-            (out / "error.txt").write_text(trial.traceback, encoding="utf-8")
-        if recording:
-            save_recording(meshcat, out / "recording.html", title=trial.title())
-    return result

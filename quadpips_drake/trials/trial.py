@@ -1,6 +1,5 @@
 """One trial: a robot, a terrain, a planner and a seed, simulated until the judge says that it is over."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,8 +15,9 @@ from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
+from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
-from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, record_trial
+from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig
 from quadpips_drake.trials.trial_options import default_stages
 from quadpips_drake.trials.world import world_of
 
@@ -129,17 +129,6 @@ class Trial(SimulatedTrial):
         )
 
 
-def run_trial(
-    config: TrialConfig,
-    out: Path,
-    *,
-    recording: bool = True,
-    meshcat=None,
-    progress: Callable[[float], None] | None = None,
-    **options,
-) -> TrialResult:
-    """Runs a trial and writes its files into ``out``; see ``record_trial``.
-
-    ``options``: ``robot``, ``terrain``, see Trial.
-    """
-    return record_trial(Trial, config, out, recording=recording, meshcat=meshcat, progress=progress, **options)
+def run_trial(config: TrialConfig, out: Path, *, recording: bool = True, **options) -> TrialResult:
+    """Runs a trial and writes its files into ``out``; for the ``options`` see ``record_trial`` and Trial."""
+    return record_trial(Trial, config, out, recording=recording, **options)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from quadpips_drake.files import replacing
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.robot_state import RobotState
 
@@ -14,7 +15,7 @@ class TrialLog:
     def __init__(self):
         self.keep_references = True
         """Whether to collect references as they are published; rolling ones supersede each other too fast for that."""
-        self._rows: dict[str, list] = {}
+        self._rows: list[dict[str, np.ndarray]] = []
         self.references: list = []
         """Each published WholeBodyReference once, in order."""
 
@@ -42,8 +43,8 @@ class TrialLog:
             "reference_p_WB": _reference_position(reference, state.stamp),
             **more,
         }
-        for key, value in row.items():
-            self._rows.setdefault(key, []).append(np.array(value))
+        # At once: an interruption leaves whole samples.
+        self._rows.append({key: np.array(value) for key, value in row.items()})
         is_new = (
             self.keep_references and reference is not None and (not self.references or self.references[-1] is not reference)
         )
@@ -51,11 +52,12 @@ class TrialLog:
             self.references.append(reference)
 
     def __len__(self) -> int:
-        return len(self._rows.get("time", ()))
+        return len(self._rows)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Returns all samples, stacked, and the footholds of all references."""
-        arrays = {key: np.array(rows) for key, rows in self._rows.items()}
+        names = self._rows[0] if self._rows else ()
+        arrays = {name: np.array([row[name] for row in self._rows]) for name in names}
         footholds = [(f, i) for i, reference in enumerate(self.references) for f in reference.footholds]
         arrays["foothold_leg"] = np.array([int(f.leg) for f, _ in footholds], dtype=int)
         arrays["foothold_position"] = np.array([f.position for f, _ in footholds]).reshape(-1, 3)
@@ -64,8 +66,9 @@ class TrialLog:
         return arrays
 
     def save(self, path: Path):
-        """Writes all arrays to a compressed .npz file."""
-        np.savez_compressed(path, **self.arrays())
+        """Writes all arrays to a compressed .npz file, at once."""
+        with replacing(path) as unfinished, unfinished.open("wb") as file:
+            np.savez_compressed(file, **self.arrays())
 
 
 def _reference_position(reference, time: float) -> np.ndarray:

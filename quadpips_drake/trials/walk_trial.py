@@ -1,14 +1,16 @@
 """A walk by velocity command: simulated until the robot falls or the time is up."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
+from quadpips_drake.control.references.velocity_reference import VelocityWalk
 from quadpips_drake.control.references.walk_command import WalkCommand, check_commands
 from quadpips_drake.diagrams.walk import WalkConfig, WalkDiagram
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.faults.push_system import Push, check_pushes, force_at
-from quadpips_drake.gaits.gaits import gait_number
+from quadpips_drake.gaits.gaits import gait_number, load_gait
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.placement import problem_with_start
 from quadpips_drake.terrain.terrain import Terrain
@@ -16,8 +18,9 @@ from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
+from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
-from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, record_trial
+from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig
 from quadpips_drake.trials.trial_options import default_stages
 from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
 from quadpips_drake.trials.world import world_of
@@ -133,6 +136,10 @@ class WalkTrial(SimulatedTrial):
         """The robot has not fallen."""
         return Verdict("upright", "")
 
+    def _feasible(self, velocity: np.ndarray, gait: str) -> np.ndarray:
+        """What the legs can do of a velocity command, (3,)."""
+        return VelocityWalk(self.robot, self.config.stages.velocity_reference).feasible(velocity, load_gait(gait))
+
     def result(self, **more) -> TrialResult:
         """Returns what is known so far."""
         seen = observe(self.diagram, self.context)
@@ -141,21 +148,10 @@ class WalkTrial(SimulatedTrial):
             arrays = self.log.arrays()
             feet, contacts = arrays["foot_positions"], arrays["contacts"]
             more["footholds"] = foothold_statistics(self.log.references, arrays["time"], feet, contacts)
-            more["walk"] = walk_statistics(arrays, self.config.commands)
+            more["walk"] = walk_statistics(arrays, self._feasible)
         return super().result(fallbacks=seen.fallbacks, **more)
 
 
-def run_walk(
-    config: WalkTrialConfig,
-    out: Path,
-    *,
-    recording: bool = True,
-    meshcat=None,
-    progress: Callable[[float], None] | None = None,
-    **options,
-) -> TrialResult:
-    """Runs a walk and writes its files into ``out``; see ``record_trial``.
-
-    ``options``: ``robot``, ``terrain``, ``panel``, see WalkTrial.
-    """
-    return record_trial(WalkTrial, config, out, recording=recording, meshcat=meshcat, progress=progress, **options)
+def run_walk(config: WalkTrialConfig, out: Path, *, recording: bool = True, **options) -> TrialResult:
+    """Runs a walk and writes its files into ``out``; for the ``options`` see ``record_trial`` and WalkTrial."""
+    return record_trial(WalkTrial, config, out, recording=recording, **options)

@@ -1,23 +1,38 @@
 """Recordings: one HTML file with everything in it, which opens offline in a browser and plays by itself."""
 
 import logging
+from html import escape
 from pathlib import Path
 
 from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.files import write_text
 
 FRAMES_PER_SECOND = 32.0
 
 
-def make_quiet_meshcat(port: int | None = None) -> Meshcat:
-    """Returns a Meshcat that does not announce its address on the terminal."""
+def make_quiet_meshcat(port: int | None = None, host: str = "localhost") -> Meshcat:
+    """Returns a Meshcat that does not announce its address on the terminal.
+
+    Args:
+        port: to listen on; None: a free one.
+        host: address to listen on; only this machine can reach the default, the whole network "*".
+
+    Raises:
+        UserInputError: nothing can listen there.
+    """
+    if not host:  # Meshcat would listen everywhere
+        raise UserInputError("Meshcat needs an address to listen on, for example localhost; for all of them give '*'")
     logger = logging.getLogger("drake")
     level = logger.level
     logger.setLevel(logging.ERROR)
     try:
-        return Meshcat(MeshcatParams(host="localhost", port=port, show_stats_plot=False))
+        return Meshcat(MeshcatParams(host=host, port=port, show_stats_plot=False))
+    except RuntimeError as error:
+        reason = str(error).splitlines()[0]
+        raise UserInputError(f"Meshcat cannot listen on '{host}' ({reason}); give an address of this machine") from None
     finally:
         logger.setLevel(level)
 
@@ -57,9 +72,9 @@ def save_recording(meshcat: Meshcat, path: str | Path, title: str = "quadpips") 
     animation.set_loop_mode(MeshcatAnimation.LoopMode.kLoopOnce)
     animation.set_clamp_when_finished(True)
     meshcat.PublishRecording()
-    html = meshcat.StaticHtml().replace("<title>Drake MeshCat</title>", f"<title>{title}</title>", 1)
+    html = meshcat.StaticHtml().replace("<title>Drake MeshCat</title>", f"<title>{escape(title)}</title>", 1)
     try:
-        Path(path).write_text(html, encoding="utf-8")
+        write_text(path, html)
     except OSError as error:
         raise UserInputError(f"cannot write '{path}': {error.strerror or error}") from None
     return len(html)

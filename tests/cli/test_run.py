@@ -1,6 +1,8 @@
 """``quadpips run``: what is refused and how; the configuration that comes out."""
 
 import json
+import os
+import signal
 import time
 
 import pytest
@@ -27,10 +29,15 @@ BAD_INPUT = [
     (["--goal", "1000,0", "--terrain", "flat"], ["goal"]),
     (["--start", "0.75,0.2,0"], ["start (0.75, 0.2)", "pit_floor"]),  # stepping_stones: over the pit
     (["--duration", "-1"], ["duration must be"]),
+    (["--duration", "nan"], ["duration must be a positive number of seconds, not 'nan'"]),
     (["--duration", "soon"], ["--duration", "quadpips run --help"]),
     (["--sed", "3"], ["--sed", "--seed"]),
-    (["no_such_scenario.yaml"], ["no_such_scenario.yaml", "No such file"]),
+    (["no_such_scenario.yaml"], ["no_such_scenario.yaml", "no such file"]),
     (["--out", "/proc/nowhere"], ["--out /proc/nowhere", "writable"]),
+    (["--out", ""], ["--out", "empty name"]),
+    (["--out", 300 * "x"], ["--out xxx", "name too long"]),
+    (["--terrain", "flat", "--meshcat-host", ""], ["Meshcat needs an address", "localhost"]),
+    (["--terrain", "\x1b[31mred"], ["unknown terrain '\\x1b[31mred'"]),
 ]
 
 
@@ -76,7 +83,7 @@ def test_options_lie_over_the_scenario_and_overrides_over_both(tmp_path):
     scenario.write_text(yaml.safe_dump({"robot": "go2", "terrain": "flat", "seed": 1, "duration": 10.0}))
     config = resolve_trial_config(scenario, {"seed": 2, "duration": 20.0}, ["duration=30"])
     assert (config.robot, config.terrain, config.seed, config.duration) == ("go2", "flat", 2, 30.0)
-    assert str(default_directory(config)) == "out/go2-flat-quadpips-2"
+    assert str(default_directory(config)) == "out/go2-flat-quadpips-2-duration=30"
 
 
 def test_the_robot_is_checked_before_its_defaults_are_looked_for():
@@ -86,20 +93,35 @@ def test_the_robot_is_checked_before_its_defaults_are_looked_for():
 
 def test_progress_prints_lines_where_no_bar_can_be_drawn(capsys):
     with RunProgress(20.0) as progress:
+        for text in ("building", "building", "compiling"):
+            progress.announce(text)
         for sim_time in range(12):
             time.sleep(0.001)
             progress(float(sim_time))
     lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == 4, "one for building, then at 0, 5 and 10 s"
-    assert "real-time factor" not in lines[1], "nothing to tell yet"
+    assert len(lines) == 5, "what goes on before, then at 0, 5 and 10 s"
+    assert lines[:2] == ["building", "compiling"]
+    assert "real-time factor" not in lines[2], "nothing to tell yet"
     assert "10.0 of at most 20 s, real-time factor" in lines[-1]
 
 
 def test_an_interrupted_run_says_where_the_rest_lies(tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        (tmp_path / "log.npz").write_text("")
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    (tmp_path / "of_the_user.txt").write_text("")
+    monkeypatch.setattr("quadpips_drake.trials.trial.run_trial", interrupted)
+    status, _, errors = quadpips("run", "--terrain", "flat", "--out", tmp_path)
+    assert status == 143
+    assert errors.endswith(f"interrupted; what was simulated so far lies in {tmp_path}: log.npz\n")
+
+
+def test_a_run_that_was_interrupted_before_it_began_names_no_files(tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("quadpips_drake.trials.trial.run_trial", interrupted)
     status, _, errors = quadpips("run", "--terrain", "flat", "--out", tmp_path)
     assert status == 130
-    assert "interrupted; what was simulated so far lies in" in errors
+    assert errors == "interrupted; nothing was written\n"

@@ -8,12 +8,15 @@ import pytest
 from quadpips_drake.benchmark import gait_study, robustness
 from quadpips_drake.benchmark.disturbances import DISTURBANCES, trial_options
 from quadpips_drake.benchmark.study_pool import load_results, run_study
+from quadpips_drake.control.references.velocity_reference import VelocityWalk
 from quadpips_drake.control.references.walk_command import WalkCommand, command_at
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.gaits.gaits import GAITS, load_gait
+from quadpips_drake.robots.robot_model import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.placement import problem_with_start
 from quadpips_drake.trials.trial_options import resolve_config
-from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
+from quadpips_drake.trials.walk_statistics import FootholdBook, stretches_of, walk_statistics
 from quadpips_drake.trials.walk_trial import WalkTrialConfig
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.legs import Leg
@@ -36,10 +39,24 @@ def _circle(speed=0.4, rate=0.5, duration=6.0):
     }
 
 
+def _told(log: dict, commands: list[WalkCommand]) -> dict:
+    """The log with what was commanded in it."""
+    at = [command_at(commands, time) for time in log["time"]]
+    gaits = np.array([list(GAITS).index(command.gait) for command in at])
+    return log | {"gait": gaits, "velocity_command": np.array([command.velocity for command in at])}
+
+
+def _all_of_it(velocity, gait):
+    return velocity
+
+
 def test_velocities_are_those_in_the_heading_frame():
     commands = [WalkCommand(0.5, "trot", [0.5, 0.0, 0.5]), WalkCommand(5.0, "pace", [0.0, 0.0, 0.0])]
-    statistics = walk_statistics(_circle(), commands)
+    statistics = walk_statistics(_told(_circle(), commands), _all_of_it)
     first, second = statistics["commands"]
+    assert (first["gait"], first["begin"], first["end"]) == ("trot", 0.5, 5.0)
+    assert (second["gait"], second["begin"], second["end"]) == ("pace", 5.0, 6.0)
+    assert "feasible_velocity" not in first
     assert first["mean_velocity"] == pytest.approx([0.4, 0.0, 0.5], abs=1e-3)
     assert first["error"] == pytest.approx([-0.1, 0.0, 0.0], abs=1e-3)
     assert (first["from"], first["to"]) == (2.5, 5.0)
@@ -47,6 +64,37 @@ def test_velocities_are_those_in_the_heading_frame():
     assert statistics["max_tilt"] == pytest.approx(0.1, abs=1e-3)
     assert command_at(commands, 4.0).gait == "trot"
     assert command_at(commands, 0.2).gait == "stance"
+
+
+def test_what_was_walked_is_told_and_not_what_was_planned():
+    commands = [WalkCommand(0.5, "trot", [0.3, 0.0, 0.0]), WalkCommand(99.0, "pace", [0.0, 0.0, 0.0])]
+    (only,) = walk_statistics(_told(_circle(), commands), _all_of_it)["commands"]
+    assert only["gait"] == "trot", "the walk was over before the other one"
+
+
+def test_a_command_that_the_legs_cannot_follow_is_told_with_its_limit():
+    walk = VelocityWalk(load_robot("go2"))
+
+    def feasible(velocity, gait):
+        return walk.feasible(velocity, load_gait(gait))
+
+    statistics = walk_statistics(_told(_circle(), [WalkCommand(0.5, "trot", [50.0, 0.0, 0.0])]), feasible)
+    (entry,) = statistics["commands"]
+    assert entry["velocity"] == [50.0, 0.0, 0.0]
+    assert 0.3 < entry["feasible_velocity"][0] < 2.0
+    assert entry["feasible_velocity"][1:] == [0.0, 0.0]
+    assert not feasible(np.array([0.3, 0.0, 0.0]), "stance").any()
+
+
+def test_a_slider_that_is_moved_is_one_stretch():
+    moved = [WalkCommand(2.0 + 0.05 * k, "trot", [0.05 * k, 0.0, 0.0]) for k in range(9)]
+    log = _told(_circle(), [WalkCommand(0.0, "trot", [0.0, 0.0, 0.0]), *moved])
+    first, moving, last = stretches_of(log)
+    assert (first.gait, first.begin, first.varies) == ("trot", 0.0, False)
+    assert moving.varies
+    assert (moving.begin, moving.end) == pytest.approx((2.05, 2.4))
+    assert moving.velocity[0] == pytest.approx(0.2, abs=0.01)
+    assert (last.velocity[0], last.end) == pytest.approx((0.4, 6.0))
 
 
 def test_the_last_word_on_a_foothold_counts():

@@ -154,7 +154,7 @@ class VelocityWalk:
         dt = now - memory.stamp
         timeline = self._timeline(memory, gait, now)
         walking = timeline.gait.name != STANCE and timeline.is_under_way(now)
-        command = self._feasible(command, timeline.gait) if walking and gait.name != STANCE else np.zeros(3)
+        command = self.feasible(command, timeline.gait) if walking and gait.name != STANCE else np.zeros(3)
         step = dt * np.array([c.max_acceleration, c.max_acceleration, c.max_yaw_acceleration])
         velocity = memory.velocity + np.clip(command - memory.velocity, -step, step)
         still = bool(np.all(np.abs(velocity) <= STILL))
@@ -188,8 +188,13 @@ class VelocityWalk:
         pause = c.start_delay - c.change_lead if timeline.gait.name == STANCE else c.change_pause
         return timeline.changed_to(gait, now, lead=c.change_lead, pause=max(pause, 0.0))
 
-    def _feasible(self, command: np.ndarray, gait: Gait) -> np.ndarray:
-        """The command, scaled down to what the legs can reach: during a stance the base moves two strides."""
+    def feasible(self, command: np.ndarray, gait: Gait) -> np.ndarray:
+        """The command, scaled down to what the legs can reach: during a stance the base moves two strides.
+
+        Args: forward, left [m/s], yaw rate [rad/s], (3,); the gait, nothing is feasible in one without swings.
+        """
+        if gait.name == STANCE:
+            return np.zeros(3)
         max_speed = 2.0 * self._config.max_stride_ratio * self._height / longest_stance(gait)
         arms = self._footholds_B[:, 1::-1] * [-1.0, 1.0]
         speeds = np.sqrt(((command[:2] + command[2] * arms) ** 2).sum(axis=1))

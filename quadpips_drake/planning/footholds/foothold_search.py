@@ -1,11 +1,11 @@
 """Foothold search: A* over contact-mode families (QuadPiPS section VI-C)."""
 
 import heapq
-import time
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from quadpips_drake.compiling import work_clock
 from quadpips_drake.gaits.swing_gaits import SwingGait, swing_gait
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
@@ -98,7 +98,7 @@ class _Search:
             if result.expansions >= self._config.max_expansions:
                 bound = f"the bound of {self._config.max_expansions} expansions was reached"
                 return self._best_effort(result, f"{bound}; {self._dead_end(result)}")
-            if time.perf_counter() > self._deadline:
+            if work_clock() > self._deadline:
                 result.time_limit_hit = True
                 return self._best_effort(result, f"the time limit of {self._config.time_limit:g} s was reached")
             result.expansions += 1
@@ -288,7 +288,7 @@ def search_footholds(state: RobotState, regions, torso_path: TorsoPath, robot, c
     Returns:
         A FootholdPlan; without stances and with a reason when there is none.
     """
-    started = time.perf_counter()
+    started = work_clock()
     if not torso_path.success:
         reason = torso_path.reason or "there is no torso path"
         return FootholdPlan(state.stamp, torso_path.request_id, reason=reason, complete=False)
@@ -311,7 +311,7 @@ def search_footholds(state: RobotState, regions, torso_path: TorsoPath, robot, c
         waypoint=waypoint,
         reason="" if chain else result.reason,
         expansions=expansions,
-        elapsed=time.perf_counter() - started,
+        elapsed=work_clock() - started,
         complete=result.complete,
         time_limit_hit=late,
     )

@@ -1,10 +1,10 @@
 """From a foothold plan to a whole-body reference: a chain of swing optimisations (QuadPiPS section VI-D)."""
 
-import time
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from quadpips_drake.compiling import work_clock
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.robots.robot_model import RobotModel
@@ -89,9 +89,9 @@ class SwingOptimizer:
         if not pieces:
             return SwingPlan.without_motion(stamp, plan.request_id, **fields)
         setups = setups[: len(pieces)]
-        start = time.perf_counter()
+        start = work_clock()
         refined = self._refine(tasks, pieces, setups)
-        fields |= {"refined": refined is not None, "refinement_time": time.perf_counter() - start}
+        fields |= {"refined": refined is not None, "refinement_time": work_clock() - start}
         states = np.concatenate([*(piece[0][:-1] for piece in pieces), pieces[-1][0][-1:]])
         states, inputs = refined or (states, np.concatenate([piece[1] for piece in pieces]))
         return SwingPlan(_assemble(states, inputs, setups, plan, stamp), **fields)
@@ -140,7 +140,7 @@ class SwingOptimizer:
 
     def _swing(self, x, setup):
         """Returns the TrackingTask, (states, inputs) and the SwingReport."""
-        start = time.perf_counter()
+        start = work_clock()
         task, reached = make_swing_task(self.model, x, setup, self.config.swing)
         problem = self._problem(setup.num_knots)
         solution = problem.solve(x, task, None, self.config.max_iterations, self.config.tolerance)
@@ -165,7 +165,7 @@ class SwingOptimizer:
             solution.cost,
             solution.constraint_violation,
             landing,
-            time.perf_counter() - start,
+            work_clock() - start,
         )
         return task, piece, report
 

@@ -1,0 +1,133 @@
+"""Compiling of the numba kernels: how long it takes, whether it has been done before, and results of it that are damaged.
+
+Kernels are compiled when they are first called, for a minute or two in all, and kept in a cache on disk. What computing
+costs must not depend on whether that has happened yet, so durations are taken with a clock that stands still meanwhile.
+"""
+
+import json
+import pickletools
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import llvmlite.binding
+import numba
+from numba.core import event
+from numba.core.dispatcher import Dispatcher
+
+from quadpips_drake.files import write_json
+
+_PACKAGE = "quadpips_drake."
+
+
+class _Stopwatch(event.Listener):
+    """Sums the time in which numba compiles; callees are compiled while their callers are."""
+
+    def __init__(self):
+        self.total = 0.0
+        """[s]"""
+        self.listeners: list[Callable[[], None]] = []
+        self._depth, self._began = 0, 0.0
+
+    def on_start(self, event):
+        if self._depth == 0:
+            self._began = time.perf_counter()
+            for listener in self.listeners:
+                listener()
+        self._depth += 1
+
+    def on_end(self, event):
+        self._depth -= 1
+        if self._depth == 0:
+            self.total += time.perf_counter() - self._began
+
+
+_stopwatch = _Stopwatch()
+event.register("numba:compile", _stopwatch)
+
+
+def work_clock() -> float:
+    """Wall-clock time [s] from an arbitrary origin, without the time in which kernels were compiled."""
+    return time.perf_counter() - _stopwatch.total
+
+
+@contextmanager
+def on_compiling(listener: Callable[[], None]) -> Iterator[None]:
+    """Calls ``listener`` in the block whenever a kernel is about to be compiled."""
+    _stopwatch.listeners.append(listener)
+    try:
+        yield
+    finally:
+        _stopwatch.listeners.remove(listener)
+
+
+def are_warm(kind: str) -> bool:
+    """Whether kernels have been compiled for such a ``kind`` of trial since their sources changed last.
+
+    When they have not, it will take long. When they have, a few that such trials seldom call may still be missing.
+    """
+    try:
+        return json.loads(_stamp(kind).read_text(encoding="utf-8")) == _compiler()
+    except (OSError, ValueError):
+        return False
+
+
+def note_warm(kind: str) -> None:
+    """Notes that the kernels for this ``kind`` of trial have been compiled, where that can be written."""
+    with suppress(OSError):
+        write_json(_stamp(kind), _compiler())
+
+
+def remove_broken_kernels() -> list[Path]:
+    """Removes damaged files (cut short, say, when a disk was full) from the cache, and returns their paths.
+
+    Numba itself would fail when it loads them; what is missing it compiles anew.
+    """
+    folders = {Path(kernel.stats.cache_path) for kernel in _kernels()}
+    broken = [path for folder in folders for path in folder.glob("*.nb[ic]") if not _is_whole(path)]
+    for path in broken:
+        path.unlink(missing_ok=True)
+    return broken
+
+
+def _kernels() -> list[Dispatcher]:
+    """All cached kernels of the package's modules that have been imported."""
+    modules = [module for name, module in list(sys.modules.items()) if name.startswith(_PACKAGE)]
+    found = {id(item): item for module in modules for item in vars(module).values() if isinstance(item, Dispatcher)}
+    return [kernel for kernel in found.values() if kernel.stats.cache_path]
+
+
+def _stamp(kind: str) -> Path:
+    """The file beside the compiled kernels that says that they are complete."""
+    return Path(_anchor.stats.cache_path) / f"warm-{kind}.json"
+
+
+def _compiler() -> dict:
+    """What compiled kernels depend on: numba, the processor, and the newest of their sources."""
+    sources = [path for path in Path(__file__).parent.rglob("*.py") if b"njit" in path.read_bytes()]
+    newest = max(path.stat().st_mtime for path in sources)
+    return {"numba": numba.__version__, "processor": llvmlite.binding.get_host_cpu_name(), "newest_source": newest}
+
+
+@numba.njit(cache=True)
+def _anchor():
+    """Never called: says where numba keeps its cache for this package."""
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether a file consists of complete pickles and nothing else, which is what numba writes."""
+    try:
+        with path.open("rb") as file:
+            file.seek(0, 2)
+            size = file.tell()
+            file.seek(0)
+            while file.tell() < size or size == 0:
+                for _ in pickletools.genops(file):
+                    pass
+    except FileNotFoundError:  # replaced meanwhile by another process
+        return True
+    except Exception:  # whatever a damaged pickle makes of the reader
+        return False
+    return True

@@ -1,0 +1,168 @@
+"""Running a trial and writing down what came out, whatever happens on the way."""
+
+import traceback
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from quadpips_drake.compiling import are_warm, note_warm, on_compiling, remove_broken_kernels
+from quadpips_drake.configuration.loading import save_config
+from quadpips_drake.errors import UserInputError
+from quadpips_drake.files import write_text
+from quadpips_drake.interruption import undisturbed
+from quadpips_drake.trials.result import TrialResult, installed_versions
+from quadpips_drake.trials.result_directory import ResultDirectory, why
+from quadpips_drake.trials.simulated_trial import BREAKDOWNS, SimulatedTrial, SimulationConfig, in_one_line
+from quadpips_drake.visualization.meshcat_layers import draw_course
+from quadpips_drake.visualization.recording import make_quiet_meshcat, save_recording, start_recording
+
+WARM_UP_TIME = 4.0
+"""Simulated time in which every stage has computed at least once [s]."""
+
+
+def record_trial(
+    kind: type[SimulatedTrial],
+    config: SimulationConfig,
+    out: Path,
+    *,
+    recording: bool,
+    overwrite: bool = False,
+    meshcat=None,
+    progress: Callable[[float], None] | None = None,
+    announce: Callable[[str], None] = lambda text: None,
+    **options,
+) -> TrialResult:
+    """Runs a trial and writes result.json, config.yaml, log.npz and (if wanted) recording.html into ``out``.
+
+    What was computed is written even when the trial is interrupted or breaks off; then error.txt has the details. For a
+    start or goal that makes no sense result.json says so before the UserInputError goes on to the caller. Results of an
+    earlier trial stay until the new one has been built.
+
+    Args:
+        kind: which trial; called with ``config``, ``meshcat`` and ``options``.
+        config: what to run.
+        out: directory for the files, made when missing.
+        recording: whether to write recording.html.
+        overwrite: whether earlier results in ``out`` may be replaced.
+        meshcat: a Meshcat to show the trial in while it runs; made when a recording is wanted.
+        progress: called with the simulated time [s] now and then.
+        announce: told what goes on before and after the simulation.
+        options: further keyword arguments of ``kind``.
+
+    Raises:
+        UserInputError: ``out`` holds results, somebody else writes there, or the trial cannot be had as asked for.
+        KeyboardInterrupt: the program was interrupted; what was simulated has been written.
+    """
+    with ResultDirectory(out, overwrite=overwrite) as directory:
+        announce("building")
+        if remove_broken_kernels():
+            announce("compiling anew what was damaged in the cache of kernels")
+        if recording and meshcat is None:
+            meshcat = make_quiet_meshcat()
+        warm = are_warm(kind.__name__)
+        with on_compiling(lambda: announce("compiling" if warm else "compiling, once, for a minute or two")):
+            try:
+                trial = kind(config, meshcat=meshcat, **options)
+                if not warm:
+                    warm_up(kind, config, **{key: options[key] for key in ("robot", "terrain") if key in options})
+            except BREAKDOWNS as error:
+                return _refused(config, directory, error)
+            if meshcat is not None:
+                draw_course(meshcat, trial.terrain)
+            _begin(config, directory)
+            return _simulate(trial, directory, meshcat if recording else None, progress, announce)
+
+
+def warm_up(kind: Callable, config: SimulationConfig, **options) -> None:
+    """Compiles the kernels: simulates the beginning of a trial and forgets it.
+
+    It is a trial of its own, without drawing, so that the real one finds nothing that it would not find otherwise.
+
+    Args:
+        kind: class of the trial, called with ``config`` and ``options``.
+        config: of the trial.
+        options: keyword arguments of ``kind``.
+    """
+    trial = kind(replace(config, duration=WARM_UP_TIME), **options)
+    verdict = trial.run()
+    if verdict.reason == trial.SUCCESS or trial.context.get_time() >= WARM_UP_TIME - 1e-6:
+        note_warm(kind.__name__)
+
+
+def _begin(config: SimulationConfig, directory: ResultDirectory) -> None:
+    """Puts the configuration in the place of what an earlier trial has left."""
+    try:
+        directory.clear()
+        save_config(config, directory.path / "config.yaml")
+    except OSError as error:
+        raise UserInputError(f"--out {directory.path}: cannot write there ({why(error)})") from None
+
+
+def _refused(config: SimulationConfig, directory: ResultDirectory, error: BaseException) -> TrialResult:
+    """The result of a trial that could not be built; written down unless results of an earlier one are in the way.
+
+    Raises:
+        UserInputError: it is one itself, or there are such results.
+    """
+    is_input = isinstance(error, UserInputError)
+    detail = str(error) if is_input else f"the trial could not be built: {in_one_line(error)}"
+    fields = {"planner": getattr(config, "planner", ""), "detail": detail, "versions": installed_versions()}
+    result = TrialResult(False, "error", config.robot, config.terrain, seed=config.seed, **fields)
+    if directory.is_free:
+        directory.clear()
+        files = {"result.json": result.save, "config.yaml": lambda path: save_config(config, path)}
+        if not is_input:
+            files["error.txt"] = lambda path: write_text(path, traceback.format_exc())
+        _write(files, directory)
+    elif not is_input:
+        raise UserInputError(f"{detail}; the earlier results in {directory.path} stay as they are") from error
+    if is_input:
+        raise error
+    return result
+
+
+def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, progress, announce) -> TrialResult:
+    """Runs the trial and writes its files; ``recorder``: the Meshcat that records it, or None."""
+    if recorder is not None:
+        start_recording(recorder)
+    try:
+        trial.run(progress)
+    finally:
+        with undisturbed():
+            announce("writing")
+            result = _told(trial)
+            files = {"result.json": result.save, "log.npz": trial.log.save}
+            if trial.traceback:
+                files["error.txt"] = lambda path: write_text(path, trial.traceback)
+            if recorder is not None:
+                files["recording.html"] = partial(save_recording, recorder, title=trial.title())
+            failures = _write(files, directory)
+            if failures:
+                announce(failures)
+    if failures:
+        raise UserInputError(f"{result.reason.replace('_', ' ')} after {result.sim_time:.1f} s, but {failures}")
+    return result
+
+
+def _told(trial: SimulatedTrial) -> TrialResult:
+    """The result of the trial; less of it where a trial that broke off cannot even be looked at any more."""
+    try:
+        return trial.result()
+    except BREAKDOWNS:
+        trial.traceback += traceback.format_exc()
+        return SimulatedTrial.result(trial, planner=getattr(trial.config, "planner", ""))
+
+
+def _write(files: dict[str, Callable[[Path], None]], directory: ResultDirectory) -> str:
+    """Writes as many of the ``files`` as possible; returns what there is to say about the others, if any."""
+    failures = []
+    for name, save in files.items():
+        try:
+            save(directory.path / name)
+        except OSError as error:
+            failures.append(f"{name} ({why(error)})")
+        except BREAKDOWNS as error:
+            failures.append(f"{name} ({in_one_line(error)})")
+    kept = f"; there are {', '.join(directory.present())}" if directory.present() else ""
+    return f"in {directory.path} could not be written: {', '.join(failures)}{kept}" if failures else ""

@@ -1,0 +1,85 @@
+"""The clock that stands still while kernels are compiled; damaged files in their cache."""
+
+import pickle
+import time
+from types import SimpleNamespace
+
+import pytest
+from numba import njit
+
+from quadpips_drake import compiling
+from quadpips_drake.timing import StageTimings
+
+KERNEL = """
+from numba import njit
+
+@njit(cache=True)
+def twice(x):
+    return 2 * x
+"""
+
+
+def kernel_of(folder):
+    """A kernel in a module of its own, with its cache in ``folder``."""
+    import importlib.util
+
+    path = folder / "some_kernels.py"
+    path.write_text(KERNEL)
+    spec = importlib.util.spec_from_file_location("some_kernels", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.twice
+
+
+def test_compiling_is_told_and_takes_no_time():
+    @njit
+    def fresh(x):
+        return x + 1
+
+    timings, told = StageTimings(), []
+    started, work_started = time.perf_counter(), compiling.work_clock()
+    with compiling.on_compiling(lambda: told.append("compiling")), timings.measure("stage"):
+        assert fresh(1) == 2
+        assert fresh(2) == 3
+    elapsed, worked = time.perf_counter() - started, compiling.work_clock() - work_started
+    assert told == ["compiling"], "once, and only when it does"
+    assert worked < 0.5 * elapsed
+    assert timings.summary_ms()["stage"]["total"] <= 1e3 * worked + 0.1
+    with compiling.on_compiling(lambda: told.append("again")):
+        fresh(3)
+    assert told == ["compiling"]
+
+
+@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
+@pytest.mark.parametrize("keep", [0, 0.5, -1])
+def test_a_damaged_kernel_is_compiled_anew(suffix, keep, tmp_path, monkeypatch):
+    assert kernel_of(tmp_path)(2) == 4
+    (damaged,) = tmp_path.rglob(f"*{suffix}")
+    whole = damaged.read_bytes()
+    again = kernel_of(tmp_path)
+    folder = SimpleNamespace(stats=SimpleNamespace(cache_path=str(damaged.parent)))
+    monkeypatch.setattr(compiling, "_kernels", lambda: [folder])
+    assert compiling.remove_broken_kernels() == []
+    damaged.write_bytes(whole[: int(keep * len(whole)) if keep >= 0 else keep])
+    with pytest.raises((EOFError, pickle.UnpicklingError)):
+        kernel_of(tmp_path)(2)
+    assert compiling.remove_broken_kernels() == [damaged]
+    assert again(2) == 4
+
+
+def test_warmth_is_remembered_until_sources_change(tmp_path, monkeypatch):
+    monkeypatch.setattr(compiling, "_anchor", SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path))))
+    assert not compiling.are_warm("Trial")
+    compiling.note_warm("Trial")
+    assert compiling.are_warm("Trial")
+    assert not compiling.are_warm("WalkTrial")
+    compiler = compiling._compiler()
+    monkeypatch.setattr(compiling, "_compiler", lambda: compiler | {"newest_source": compiler["newest_source"] + 1.0})
+    assert not compiling.are_warm("Trial")
+
+
+def test_kernels_of_the_package_are_found():
+    import quadpips_drake.math.polygons  # noqa: F401
+
+    names = {kernel.py_func.__name__ for kernel in compiling._kernels()}
+    assert "convex_hull" in names
