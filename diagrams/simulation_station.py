@@ -23,6 +23,8 @@ from quadpips_drake.sensing.contact_sensing import find_contact_geometries
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, add_depth_camera, make_intrinsics
 from quadpips_drake.sensing.foot_contact_sensor_system import FootContactSensor
 from quadpips_drake.sensing.imu_system import Imu, ImuConfig
+from quadpips_drake.terrain.ground_window import GroundWindow
+from quadpips_drake.terrain.ground_window_system import GroundWindowGuard
 from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
 from quadpips_drake.terrain.standing_pose import standing_pose
 from quadpips_drake.terrain.terrain import Terrain
@@ -128,7 +130,8 @@ class SimulationStation(Diagram):
         self._delays: dict[str, DiscreteTimeDelay] = {}
 
         builder = DiagramBuilder()
-        self.plant, self.scene_graph = _add_plant(builder, robot, terrain, config)
+        self.plant, self.scene_graph, window = _add_plant(builder, robot, terrain, config)
+        self._window_guard = None if window is None else self._add_window_guard(builder, window)
         self.contact_geometries = find_contact_geometries(robot, self.plant, self.scene_graph.model_inspector())
         self._camera_plant = self._add_camera(builder)
         self._add_sensors(builder, seed)
@@ -150,11 +153,27 @@ class SimulationStation(Diagram):
         plant_context = self.plant.GetMyMutableContextFromRoot(root_context)
         self.robot.set_state(self.plant, plant_context, p_WB, [0.0, 0.0, yaw], q)
         set_base_mass(self.plant, plant_context, self.robot, self.config.model_error)
+        self.bring_ground_near(root_context)
         if self._delays:
             # What the drives got before the first command arrives: hold the stance.
             for name, before in (("feedforward_torque", np.zeros(NUM_JOINTS)), ("desired_joint_state", np.r_[q, 0.0 * q])):
                 state = self._delays[name].GetMyMutableContextFromRoot(root_context).get_mutable_discrete_state_vector()
                 state.SetFromVector(np.resize(before, state.size()))
+
+    def bring_ground_near(self, root_context) -> None:
+        """Has to be called often while a simulation goes on: of a very large terrain only what is near can be touched.
+
+        On other terrains it does nothing; see ``GroundWindow``.
+        """
+        if self._window_guard is not None:
+            scene_context = self.scene_graph.GetMyMutableContextFromRoot(root_context)
+            self._window_guard.follow(self._window_guard.GetMyMutableContextFromRoot(root_context), scene_context)
+
+    def _add_window_guard(self, builder: DiagramBuilder, window: GroundWindow) -> GroundWindowGuard:
+        first = self.plant.GetBodyByName("base").floating_positions_start() + 4  # behind the quaternion
+        guard = builder.AddSystem(GroundWindowGuard(window, self.plant.num_multibody_states(), first))
+        builder.Connect(self.plant.get_state_output_port(), guard.GetInputPort("plant_state"))
+        return guard
 
     def _add_camera(self, builder: DiagramBuilder) -> MultibodyPlant:
         """Adds the cameras with a scene of their own, whose poses are computed when an image is read.
@@ -164,7 +183,7 @@ class SimulationStation(Diagram):
         plant = MultibodyPlant(time_step=self.config.time_step)
         scene = builder.AddNamedSystem("camera_scene", SceneGraph())
         plant.RegisterAsSourceForSceneGraph(scene)
-        add_terrain_to_plant(self.terrain, plant)
+        add_terrain_to_plant(self.terrain, plant, scene, touchable=False)
         self.robot.add_to_plant(plant)
         plant.Finalize()
         poses = builder.AddNamedSystem("camera_scene_poses", MultibodyPositionToGeometryPose(plant, True))
@@ -229,7 +248,7 @@ def _add_plant(builder: DiagramBuilder, robot: RobotModel, terrain: Terrain, con
     friction = config.model_error.friction
     if friction is not None:
         terrain = replace(terrain, friction=friction)
-    add_terrain_to_plant(terrain, plant)
+    window = add_terrain_to_plant(terrain, plant, scene_graph)
     instance = robot.add_to_plant(plant)
     add_payload(plant, robot, config.model_error)
     for geometry in _collision_geometries(plant, instance):
@@ -239,7 +258,7 @@ def _add_plant(builder: DiagramBuilder, robot: RobotModel, terrain: Terrain, con
     for name, p, d in zip(robot.joint_names, stiffness, damping, strict=True):
         plant.GetJointActuatorByName(name, instance).set_controller_gains(PdControllerGains(p=p, d=d))
     plant.Finalize()
-    return plant, scene_graph
+    return plant, scene_graph, window
 
 
 def _collision_geometries(plant: MultibodyPlant, instance) -> list[GeometryId]:

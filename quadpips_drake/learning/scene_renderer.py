@@ -20,7 +20,7 @@ from pydrake.systems.sensors import CameraInfo, ImageDepth32F, ImageLabel16I
 
 from quadpips_drake.learning.scenes import Scene
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, check_renderer, make_intrinsics
-from quadpips_drake.terrain.plant_builder import in_memory_mesh
+from quadpips_drake.terrain.triangles import in_memory_mesh
 from quadpips_drake.values.steppability import Steppability
 
 LABELS = (Steppability.STEPPABLE, Steppability.PASSABLE, Steppability.NON_PASSABLE)

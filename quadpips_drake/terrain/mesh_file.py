@@ -6,7 +6,7 @@ import numpy as np
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.files import read_text
-from quadpips_drake.terrain.terrain import MAX_TRIANGLES
+from quadpips_drake.terrain.terrain import MAX_ELEMENTS
 
 MAX_OBJ_BYTES = 20_000_000
 
@@ -28,8 +28,8 @@ def read_obj(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
                 triangles += _fan([_vertex_index(word, len(vertices)) for word in words[1:]])
         except ValueError:
             raise UserInputError(f"'{path}', line {number}: cannot be understood: '{line[:40]}'") from None
-        if len(triangles) > MAX_TRIANGLES:
-            raise UserInputError(f"'{path}' has more than {MAX_TRIANGLES} triangles")
+        if len(triangles) > MAX_ELEMENTS:
+            raise UserInputError(f"'{path}' has more than {MAX_ELEMENTS} triangles")
     if not triangles:
         raise UserInputError(f"'{path}' holds no faces")
     return np.array(vertices), np.array(triangles)

@@ -1,17 +1,20 @@
 """Puts a terrain into a MultibodyPlant: what robots touch, what cameras see, what is drawn."""
 
 import numpy as np
-from pydrake.common import MemoryFile
 from pydrake.geometry import Box as BoxShape
-from pydrake.geometry import Convex, InMemoryMesh
+from pydrake.geometry import Convex, GeometryId, InMemoryMesh, ProximityProperties, Role, SceneGraph
 from pydrake.geometry import Cylinder as CylinderShape
 from pydrake.geometry import Mesh as MeshShape
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
+from quadpips_drake.terrain.ground_window import GroundWindow, check_density
 from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Terrain
+from quadpips_drake.terrain.triangles import in_memory_mesh, joined_triangles
 from quadpips_drake.values.steppability import Steppability
 
+MAX_WHOLE = 500
+"""Up to this many shapes of a terrain take part in collisions as a whole, and as many elements are drawn one by one."""
 COLORS = {
     Steppability.UNKNOWN: (0.60, 0.60, 0.60, 1.0),
     Steppability.STEPPABLE: (0.70, 0.67, 0.60, 1.0),
@@ -23,21 +26,76 @@ MESH_THICKNESS = 0.1
 """How far [m] the solid under each triangle of a mesh that is not convex reaches down."""
 
 
-def add_terrain_to_plant(terrain: Terrain, plant: MultibodyPlant):
-    """Fixes the elements of ``terrain`` to the world of ``plant`` (registered with a SceneGraph, not finalised yet).
+def add_terrain_to_plant(
+    terrain: Terrain, plant: MultibodyPlant, scene_graph: SceneGraph, *, touchable: bool = True
+) -> GroundWindow | None:
+    """Fixes the elements of ``terrain`` to the world of ``plant``, where robots touch them and cameras and Meshcat see them.
 
-    Every element gets collision geometry with the terrain's friction and a visual with the colour of its label, in the
-    roles perception (cameras) and illustration (Meshcat). Point contact treats meshes as convex; a mesh that is not becomes
-    one thin prism per triangle.
+    Point contact treats meshes as convex; a mesh that is not becomes one thin prism per triangle. Drake's SceneGraph keeps
+    a record of each pair of shapes that can touch something: 350 bytes and 4 us for each, 4 GB for 5,000 shapes. So of
+    more than MAX_WHOLE shapes only those near the robot take part in collisions; see ``GroundWindow``.
+
+    Args:
+        terrain: what to add.
+        plant: not finalised yet.
+        scene_graph: the one with which the plant is registered.
+        touchable: False for a scene that is only looked at: then a large terrain costs nothing but its pictures.
+
+    Returns: the window through which a large terrain is touched; None when there is no need of one.
+
+    Raises:
+        UserInputError: more shapes lie together than a window may hold.
     """
-    friction = CoulombFriction(terrain.friction, terrain.friction)
-    body = plant.world_body()
+    bounds = np.concatenate([_shape_bounds(element) for element in terrain.elements])
+    is_large = len(bounds) > MAX_WHOLE
+    one_by_one = len(terrain.elements) <= MAX_WHOLE
+    if is_large:
+        check_density(terrain.name, bounds)
+    if not one_by_one:
+        add_terrain_visuals(terrain, plant)
+    ids, properties = [], None
     for index, element in enumerate(terrain.elements):
-        name = f"terrain_{index:04d}"
-        X_WE = RigidTransform(element.X_WE)
-        for k, shape in enumerate(_collision_shapes(element)):
-            plant.RegisterCollisionGeometry(body, X_WE, shape, f"{name}_{k}", friction)
-        plant.RegisterVisualGeometry(body, X_WE, _visual_shape(element), name, np.array(COLORS[element.label]))
+        # Drake numbers what is registered, and the numbers decide in which order contacts are summed up and surfaces are
+        # drawn: the last bits of forces and depths. So this order is kept, and a small terrain is the same in all scenes.
+        if touchable or not is_large:
+            new = _add_collision_shapes(index, element, plant, terrain.friction)
+            ids += new
+        if is_large and touchable:
+            if new and properties is None:
+                properties = ProximityProperties(scene_graph.model_inspector().GetProximityProperties(new[0]))
+            for id in new:
+                scene_graph.RemoveRole(source_id=plant.get_source_id(), geometry_id=id, role=Role.kProximity)
+        if one_by_one:
+            _add_visual(index, element, plant)
+    return GroundWindow(scene_graph, plant.get_source_id(), ids, bounds, properties) if is_large and touchable else None
+
+
+def add_terrain_visuals(terrain: Terrain, plant: MultibodyPlant):
+    """Lets cameras (role perception) and Meshcat (illustration) see ``terrain``, in the colours of the labels.
+
+    Many elements become one mesh for each label, which is drawn much faster than they would be one by one.
+    """
+    if len(terrain.elements) <= MAX_WHOLE:
+        for index, element in enumerate(terrain.elements):
+            _add_visual(index, element, plant)
+        return
+    for label in sorted({element.label for element in terrain.elements}):
+        vertices, triangles = joined_triangles([element for element in terrain.elements if element.label == label])
+        shape, color = MeshShape(in_memory_mesh(vertices, triangles)), np.array(COLORS[label])
+        plant.RegisterVisualGeometry(plant.world_body(), RigidTransform(), shape, f"terrain_{label.name.lower()}", color)
+
+
+def _add_collision_shapes(index: int, element: Element, plant: MultibodyPlant, friction: float) -> list[GeometryId]:
+    X_WE, coulomb = RigidTransform(element.X_WE), CoulombFriction(friction, friction)
+    return [
+        plant.RegisterCollisionGeometry(plant.world_body(), X_WE, shape, f"terrain_{index:04d}_{k}", coulomb)
+        for k, shape in enumerate(_collision_shapes(element))
+    ]
+
+
+def _add_visual(index: int, element: Element, plant: MultibodyPlant):
+    shape, X_WE, color = _visual_shape(element), RigidTransform(element.X_WE), np.array(COLORS[element.label])
+    plant.RegisterVisualGeometry(plant.world_body(), X_WE, shape, f"terrain_{index:04d}", color)
 
 
 def _visual_shape(element: Element):
@@ -56,6 +114,19 @@ def _collision_shapes(element: Element) -> list:
     return [Convex(prism) for prism in _prisms(element)]
 
 
+def num_collision_shapes(element: Element) -> int:
+    """How many shapes an element is to the physics: a mesh that is not convex has one for each triangle not vertical."""
+    return len(_shape_bounds(element))
+
+
+def _shape_bounds(element: Element) -> np.ndarray:
+    """Lowest x, y and highest x, y [m] in W of each shape of ``_collision_shapes``, (n, 2, 2)."""
+    if isinstance(element, Mesh) and not _is_convex(element):
+        corners = element.corners()[element.triangles[_has_prism(element)]]
+        return np.stack((corners.min(axis=1), corners.max(axis=1)), axis=1)[:, :, :2]
+    return np.array(element.bounds())[None, :, :2]
+
+
 def _is_convex(mesh: Mesh) -> bool:
     corners = mesh.vertices[mesh.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -69,24 +140,20 @@ def _is_convex(mesh: Mesh) -> bool:
     return all((normal @ (mesh.vertices - a).T).max() < 1e-6 for normal, a in zip(normals, corners[solid, 0], strict=True))
 
 
+def _down_E(mesh: Mesh) -> np.ndarray:
+    """From the top of a prism to its bottom, in E [m]."""
+    return mesh.X_WE[:3, :3].T @ np.array([0.0, 0.0, -MESH_THICKNESS])
+
+
+def _has_prism(mesh: Mesh) -> np.ndarray:
+    """Which triangles are not vertical, bool (m,)."""
+    a, b, c = mesh.vertices[mesh.triangles].transpose(1, 0, 2)
+    return np.abs(np.cross(b - a, c - a) @ _down_E(mesh)) > 1e-9
+
+
 def _prisms(mesh: Mesh) -> list[InMemoryMesh]:
     """One solid per triangle that is not vertical, from the triangle down along the world's vertical."""
-    down_E = mesh.X_WE[:3, :3].T @ np.array([0.0, 0.0, -MESH_THICKNESS])
+    down_E = _down_E(mesh)
     faces = np.array([(0, 1, 2), (3, 5, 4), (0, 3, 4), (0, 4, 1), (1, 4, 5), (1, 5, 2), (2, 5, 3), (2, 3, 0)])
-    prisms = []
-    for corners in mesh.vertices[mesh.triangles]:
-        if abs(np.cross(corners[1] - corners[0], corners[2] - corners[0]) @ down_E) > 1e-9:
-            prisms.append(in_memory_mesh(np.concatenate((corners, corners + down_E)), faces))
-    return prisms
-
-
-def in_memory_mesh(vertices: np.ndarray, triangles: np.ndarray) -> InMemoryMesh:
-    """Returns triangles (m, 3) between vertices (n, 3) [m] as what Drake's Mesh and Convex take instead of a file."""
-    corners = vertices[triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-15)
-    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
-    # Drake's renderer insists on normals: one per triangle, which also keeps edges sharp.
-    lines += [f"vn {x:.6g} {y:.6g} {z:.6g}" for x, y, z in normals]
-    lines += [f"f {a}//{k} {b}//{k} {c}//{k}" for k, (a, b, c) in enumerate(np.asarray(triangles) + 1, start=1)]
-    return InMemoryMesh(mesh_file=MemoryFile("\n".join(lines) + "\n", ".obj", "triangles.obj"))
+    corners = mesh.vertices[mesh.triangles[_has_prism(mesh)]]
+    return [in_memory_mesh(np.concatenate((top, top + down_E)), faces) for top in corners]

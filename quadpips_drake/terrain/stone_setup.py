@@ -5,8 +5,7 @@ from pathlib import Path
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.files import read_json
-from quadpips_drake.terrain.terrain import DEFAULT_FRICTION, Box, Terrain, pose
-from quadpips_drake.terrain.terrain_file import MAX_ELEMENTS
+from quadpips_drake.terrain.terrain import DEFAULT_FRICTION, MAX_ELEMENTS, Box, Terrain, pose
 
 
 def read_stone_setup(path: str | Path, start=None, goal=None, friction: float = DEFAULT_FRICTION) -> Terrain:

@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from quadpips_drake.terrain.terrain import Box, Cylinder, Element
+from quadpips_drake.terrain.triangles import BOX_FACES
 from quadpips_drake.values.steppability import Steppability
 
 _SIDES = 64
@@ -145,11 +146,7 @@ def _upward_faces(element: Element) -> list[np.ndarray]:
     """Flat faces that look upwards: corners in W, (k, 3), counter-clockwise from above."""
     if isinstance(element, Box):
         corners = element.corners()
-        # Corner index = 4 ix + 2 iy + iz with i = 0 or 1 for the low or high side.
-        faces = [
-            corners[list(face)]
-            for face in ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-        ]
+        faces = [corners[face] for face in BOX_FACES]
     elif isinstance(element, Cylinder):
         bottom, top = _rings(element)
         faces = [top, bottom[::-1]]

@@ -21,8 +21,8 @@ DEFAULT_FRICTION = 1.0
 MAX_FRICTION = 100.0
 GOAL_TOLERANCE = 0.30
 """A robot whose base is this close to the goal, in xy, has reached it, unless a trial says otherwise [m]."""
-MAX_TRIANGLES = 50_000
-"""Triangles in one mesh."""
+MAX_ELEMENTS = 5000
+"""Elements in a terrain, where each triangle of a mesh counts as one."""
 
 
 def pose(xyz=(0.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.0)) -> np.ndarray:
@@ -134,8 +134,8 @@ class Mesh(Element):
     def __post_init__(self):
         object.__setattr__(self, "vertices", np.array(self.vertices, float).reshape(-1, 3))
         object.__setattr__(self, "triangles", np.array(self.triangles, np.int64).reshape(-1, 3))
-        if not 1 <= len(self.triangles) <= MAX_TRIANGLES:
-            raise UserInputError(f"{self.title}: it must have 1 to {MAX_TRIANGLES} triangles, not {len(self.triangles)}")
+        if not 1 <= len(self.triangles) <= MAX_ELEMENTS:
+            raise UserInputError(f"{self.title}: it must have 1 to {MAX_ELEMENTS} triangles, not {len(self.triangles)}")
         if not np.isfinite(self.vertices).all() or np.abs(self.vertices).max() > MAX_EXTENT:
             raise UserInputError(f"{self.title}: vertices must be finite and within {MAX_EXTENT:g} m")
         if self.triangles.min() < 0 or self.triangles.max() >= len(self.vertices):
@@ -171,6 +171,11 @@ class Terrain(ImmutableValue):
         object.__setattr__(self, "elements", tuple(self.elements))
         if not self.elements:
             raise UserInputError(f"terrain '{self.name}' has no elements: give at least one box, cylinder or mesh")
+        count = sum(len(element.triangles) if isinstance(element, Mesh) else 1 for element in self.elements)
+        if count > MAX_ELEMENTS:
+            raise UserInputError(
+                f"terrain '{self.name}' has {count} elements and triangles; at most {MAX_ELEMENTS} are allowed"
+            )
         super().__post_init__()
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:

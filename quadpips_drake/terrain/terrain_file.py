@@ -15,10 +15,9 @@ import yaml
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.plain_yaml import read_yaml
 from quadpips_drake.terrain.mesh_file import read_obj
-from quadpips_drake.terrain.terrain import DEFAULT_FRICTION, Box, Cylinder, Element, Mesh, Terrain, pose
+from quadpips_drake.terrain.terrain import DEFAULT_FRICTION, MAX_ELEMENTS, Box, Cylinder, Element, Mesh, Terrain, pose
 from quadpips_drake.values.steppability import Steppability
 
-MAX_ELEMENTS = 5000
 MAX_NAME_LENGTH = 100
 LABELS = {label.name.lower(): label for label in Steppability}
 

@@ -118,6 +118,7 @@ class SimulatedTrial:
                     self.verdict = self.time_is_up()
                 if self.verdict is None:
                     ticks += 1
+                    self.diagram.station.bring_ground_near(self.context)
                     self.simulator.AdvanceTo(ticks * step)
                     check_interruption()
                 if progress is not None and ticks % 10 == 0:

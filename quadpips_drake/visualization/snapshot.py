@@ -19,8 +19,10 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
-from quadpips_drake.terrain.plant_builder import add_terrain_to_plant, in_memory_mesh
+from quadpips_drake.terrain.plant_builder import add_terrain_visuals
 from quadpips_drake.terrain.terrain import Terrain
+from quadpips_drake.terrain.triangles import in_memory_mesh
+from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.visualization.shapes import ColorMesh
 
 _RENDERER = "snapshot"
@@ -81,7 +83,7 @@ class SnapshotRenderer:
         builder = DiagramBuilder()
         self._plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
         scene_graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(_engine_parameters()))
-        add_terrain_to_plant(terrain, self._plant)
+        add_terrain_visuals(terrain, self._plant)
         robot.add_to_plant(self._plant)
         for i, mesh in enumerate(overlays):
             _add_overlay(self._plant, mesh, f"overlay_{i}")
@@ -127,8 +129,6 @@ def render_snapshot(
     overlays=(),
 ) -> None:
     """Writes one picture (PNG) of a robot on a terrain; by default standing at the terrain's start."""
-    from quadpips_drake.terrain.truth import GroundTruth
-
     if p_WB is None:
         x, y, yaw = terrain.start
         p_WB = np.array([x, y, np.nan_to_num(GroundTruth(terrain).height(x, y)) + robot.nominal_base_height])

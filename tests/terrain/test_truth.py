@@ -36,7 +36,7 @@ def signed_distance_query(terrain: Terrain):
     """Returns a function from a point to its distance to the nearest collision geometry (negative inside)."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 1e-3)
-    add_terrain_to_plant(terrain, plant)
+    add_terrain_to_plant(terrain, plant, scene_graph)
     plant.Finalize()
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()

@@ -17,7 +17,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.terrain.library import load_terrain
-from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
+from quadpips_drake.terrain.plant_builder import add_terrain_visuals
 from quadpips_drake.visualization import plan_meshes, recording
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.colors import REGION_COLORS
@@ -174,7 +174,7 @@ def record(robot, meshcat, path):
     terrain = load_terrain("stepping_stones")
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
-    add_terrain_to_plant(terrain, plant)
+    add_terrain_visuals(terrain, plant)
     robot.add_to_plant(plant)
     plant.Finalize()
     meshcat.Delete()
