@@ -87,7 +87,7 @@ def test_options_lie_over_the_scenario_and_overrides_over_both(tmp_path):
 
 
 def test_the_robot_is_checked_before_its_defaults_are_looked_for():
-    with pytest.raises(UserInputError, match="unknown robot"):
+    with pytest.raises(UserInputError, match="there is no such file"):
         resolve_trial_config(None, {"robot": "../../etc"}, [])
 
 

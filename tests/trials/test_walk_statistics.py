@@ -12,7 +12,7 @@ from quadpips_drake.control.references.velocity_reference import VelocityWalk
 from quadpips_drake.control.references.walk_command import WalkCommand, command_at
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.gaits.gaits import GAITS, load_gait
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.placement import problem_with_start
 from quadpips_drake.trials.trial_options import resolve_config
