@@ -21,8 +21,8 @@ from quadpips_drake.control.whole_body.task_space_inverse_dynamics import TaskSp
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.values.whole_body_command import WholeBodyCommand
-from tests.control.plant_dynamics import PlantDynamics
-from tests.control.trotting import mid_trot
+from tests.control.whole_body.plant_dynamics import PlantDynamics
+from tests.control.whole_body.trotting import mid_trot
 
 VARIANTS = {
     "weighted, piqp_direct (default)": {},

@@ -5,16 +5,12 @@ from quadpips_drake.control.references.scripted_command_system import ScriptedCo
 from quadpips_drake.control.references.velocity_reference_system import VelocityReference
 from quadpips_drake.control.whole_body.whole_body_controller_system import WholeBodyController
 from quadpips_drake.robots.robot_library import load_robot
-from quadpips_drake.supervision.reference_publisher_system import ReferencePublisher
-from quadpips_drake.supervision.safety_monitor_system import SafetyMonitor
 
 
 def make_systems() -> list:
     robot = load_robot("anymal_c")
     return [
         CentroidalMpc(robot),
-        ReferencePublisher(),
-        SafetyMonitor(robot),
         ScriptedCommand([]),
         VelocityReference(robot),
         WholeBodyController(robot),

@@ -135,8 +135,8 @@ STAGES = {
     ),
     ReplanMonitor: FedStage(
         MonitorConfig,
-        lambda config: ReplanMonitor([2.0, 0.0], config),
-        _with_state(**_no_reference, foothold_plan=_nothing(FootholdPlan)),
+        ReplanMonitor,
+        _with_state(**_no_reference, foothold_plan=_nothing(FootholdPlan), goal=lambda k, time: np.array([2.0, 0.0])),
     ),
     SafetyMonitor: FedStage(
         SafetyConfig,

@@ -3,9 +3,8 @@
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
 from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
 from quadpips_drake.robots.robot_library import load_robot
-from quadpips_drake.supervision.replan_monitor_system import ReplanMonitor
 
 
 def make_systems() -> list:
     robot = load_robot("anymal_c")
-    return [TorsoPlanner(robot), FootholdPlanner(robot), ReplanMonitor()]
+    return [TorsoPlanner(robot), FootholdPlanner(robot)]

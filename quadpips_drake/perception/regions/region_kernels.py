@@ -1,7 +1,8 @@
 """The inner loops of the region extraction: hulls in the plane of a superpixel, carved until they hold only seen ground.
 
 Points that must not be in a region ("void") travel as two arrays, x and y in the plane, so that the compiler can handle
-several at once. tests/perception/region_reference.py says what counts as void, and what a carved region must be, in NumPy.
+several at once. What counts as void, and what a carved region must be, is said in NumPy by
+tests/perception/regions/region_reference.py.
 """
 
 import numpy as np

@@ -4,7 +4,7 @@ A row of ``clusters`` is [u, v, p (3), n (3), pixels]: pixel, point and unit nor
 over all pixels and clusters runs on ``planes``, float32 (6, h, w): the channels x, y, z, n_x, n_y, n_z one after the other,
 NaN where a pixel is not healthy, so that the compiler can handle several pixels at once. Everything else runs over the list
 of healthy pixels only.
-tests/perception/superpixel_reference.py says the same in a few lines of NumPy.
+tests/perception/superpixels/superpixel_reference.py says the same in a few lines of NumPy.
 """
 
 import numpy as np

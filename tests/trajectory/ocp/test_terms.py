@@ -16,7 +16,7 @@ from quadpips_drake.trajectory.ocp.terms.swing_foot import swing_foot
 from quadpips_drake.trajectory.ocp.terms.terminal_cost import regulator_cost, turned_to_yaw
 from quadpips_drake.trajectory.ocp.terms.tracking_cost import add_foot_tracking, add_tracking
 from quadpips_drake.values.centroidal import CentroidalInput as Input
-from tests.trajectory.test_centroidal_model import random_points
+from tests.trajectory.centroidal.test_centroidal_model import random_points
 from tests.trajectory.walking import central_difference
 
 

@@ -11,7 +11,7 @@ from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.values.centroidal import CentroidalInput as Input
 from quadpips_drake.values.centroidal import CentroidalState as State
-from tests.trajectory.test_centroidal_model import random_points
+from tests.trajectory.centroidal.test_centroidal_model import random_points
 
 TOLERANCE = 1e-8
 

@@ -6,7 +6,7 @@ import pytest
 from quadpips_drake.perception.superpixels import superpixel_kernels as kernels
 from quadpips_drake.perception.superpixels.superpixels import SuperpixelConfig, cap_points, healthy_pixels
 from quadpips_drake.values.images import EgocanImage
-from tests.perception import superpixel_reference as reference
+from tests.perception.superpixels import superpixel_reference as reference
 
 CONFIG = SuperpixelConfig()
 WEIGHTS = (12.5, 100.0, 25.0, 0.0)

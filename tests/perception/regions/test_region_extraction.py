@@ -8,7 +8,7 @@ import shapely
 
 from quadpips_drake.perception.regions.region_extraction import RegionConfig, extract_regions
 from quadpips_drake.values.images import SuperpixelImage
-from tests.perception.region_reference import void_on_plane
+from tests.perception.regions.region_reference import void_on_plane
 from tests.perception.scenes import FOOT_RADIUS
 
 CONFIG = RegionConfig()

@@ -17,7 +17,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.values.whole_body_command import WholeBodyCommand
-from tests.control.trotting import TROT, mid_trot
+from tests.control.whole_body.trotting import TROT, mid_trot
 
 ROBOTS = ("anymal_c", "go2")
 ALL_DOWN = np.ones(4, dtype=bool)

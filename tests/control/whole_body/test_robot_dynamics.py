@@ -10,7 +10,7 @@ from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
-from tests.control.plant_dynamics import PlantDynamics
+from tests.control.whole_body.plant_dynamics import PlantDynamics
 
 
 def _moving(robot):
