@@ -8,7 +8,7 @@ from pydrake.systems.framework import Diagram
 from quadpips_drake.control.references.walk_command import WalkCommand
 from quadpips_drake.control.whole_body.whole_body_controller_system import WholeBodyController
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram
-from quadpips_drake.diagrams.walk import Walk, WalkConfig
+from quadpips_drake.diagrams.walk import WalkConfig, WalkDiagram
 from quadpips_drake.framework.stage import Stage
 from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.robots.robot_library import load_robot
@@ -79,7 +79,7 @@ def test_every_section_of_the_configuration_is_that_of_a_stage():
     diagrams = [
         QuadpipsDiagram(robot, terrain, config),
         QuadpipsDiagram(robot, terrain, oracle),
-        Walk(robot, terrain, [WalkCommand(0.0, "stance")], walk),
+        WalkDiagram(robot, terrain, [WalkCommand(0.0, "stance")], walk),
     ]
     served = {id(stage.config) for diagram in diagrams for stage in stages_of(diagram)}
     idle = [key for tree in (config, walk) for key, section in sections(tree).items() if id(section) not in served]
