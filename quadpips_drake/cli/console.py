@@ -123,7 +123,7 @@ def seconds(text: str) -> float:
     return value
 
 
-def directory(text: str) -> Path:
+def to_directory(text: str) -> Path:
     """Reads the value of an option that is a directory for results; the ``parser`` of the option.
 
     Raises:

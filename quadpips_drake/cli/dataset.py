@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from quadpips_drake.cli.console import FAILURE, end_interrupted, messages, print_error, writable_directory
+from quadpips_drake.cli.console import FAILURE, end_interrupted, messages, print_error, say, to_directory, writable_directory
 
 EPILOG = """
 Examples:
@@ -23,7 +23,7 @@ Exit status: 0 done, 1 something could not be written or rendered (what is there
 
 
 def dataset(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the dataset goes.")],
+    out: Annotated[Path, typer.Option(parser=to_directory, metavar="DIR", help="Where the dataset goes.")],
     frames: Annotated[int, typer.Option(min=50, metavar="N", help="Labelled images, in scenes of 5.")] = 3000,
     seed: Annotated[int, typer.Option(min=0, metavar="S", help="Decides every scene.")] = 1,
     workers: Annotated[int, typer.Option(min=1, max=256, metavar="W", help="Processes that render.")] = 2,
@@ -43,9 +43,9 @@ def dataset(
     check_renderer()
     started = time.perf_counter()
     _make_with_progress(out, frames, seed, config, workers, resume)
-    typer.echo(f"dataset:  {out}, at least {frames} frames, seed {seed}, {time.perf_counter() - started:.0f} s")
+    say(f"dataset:  {out}, at least {frames} frames, seed {seed}, {time.perf_counter() - started:.0f} s")
     if preview:
-        typer.echo(f"preview:  {_save_preview(out)}")
+        say(f"preview:  {_save_preview(out)}")
 
 
 def _make_with_progress(out: Path, frames: int, seed: int, config, workers: int, resume: bool) -> None:

@@ -60,7 +60,7 @@ def run(
     out: Annotated[
         Path | None,
         typer.Option(
-            parser=console.directory,
+            parser=console.to_directory,
             metavar="DIR",
             help="For the results. Default: out/ROBOT-TERRAIN-PLANNER-SEED and what else differs from the defaults.",
         ),

@@ -7,7 +7,9 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from quadpips_drake.cli.console import messages, writable_directory
+from quadpips_drake.cli.console import end_interrupted, messages, say, to_directory
+from quadpips_drake.cli.trials import Overwrite
+from quadpips_drake.trials.result_directory import ResultDirectory
 
 EPILOG = """
 Examples:
@@ -25,30 +27,36 @@ Examples:
   quadpips evaluate network --data data --model model --out scores
 """
 
+FILES = ("checkpoint.pt", "history.json", "steppability.pt", "steppability.json", "curves.png")
+"""What a training writes."""
+
 
 def train(
     data: Annotated[list[Path], typer.Option(metavar="DIR", help="What 'quadpips dataset' has made; may be repeated.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where model, checkpoint and curves go.")],
+    out: Annotated[Path, typer.Option(parser=to_directory, metavar="DIR", help="Where model, checkpoint and curves go.")],
     epochs: Annotated[int, typer.Option(min=1, max=10000, metavar="N", help="Rounds over the data.")] = 5,
     batch: Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Images per step.")] = 8,
     seed: Annotated[int, typer.Option(min=0, metavar="S", help="Of initial weights and order.")] = 1,
     threads: Annotated[int, typer.Option(min=1, max=256, metavar="N", help="Threads of torch, without a GPU.")] = 1,
     init: Annotated[Path | None, typer.Option(metavar="DIR", help="Begin with the weights of this model.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from DIR/checkpoint.pt.")] = False,
+    overwrite: Overwrite = False,
 ):
     """Train the steppability network on a dataset; on a GPU where there is one."""
     started = time.perf_counter()
-    with TrainingProgress() as progress:
+    held = ResultDirectory(out, FILES, overwrite=overwrite or resume)
+    with held, TrainingProgress() as progress:
         trainer = _make_trainer(progress, data, out, {"epochs": epochs, "batch": batch, "seed": seed}, threads, init, resume)
+        if not resume:
+            held.clear()
         try:
             _train(trainer, progress, out)
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as interrupt:
             kept = f"{out / 'checkpoint.pt'} holds {len(trainer.history)} of {epochs} epochs, --resume goes on"
-            messages.print(f"interrupted; {kept if trainer.history else 'no epoch was finished'}", markup=False)
-            raise
+            end_interrupted(interrupt, kept if trainer.history else "no epoch was finished")
     best = max(trainer.history, key=lambda entry: entry["val"]["mean_iou"])
-    typer.echo(f"model:    {out}, best in epoch {best['epoch']}, {time.perf_counter() - started:.0f} s on {trainer.device}")
-    typer.echo(f"val:      mean IoU {best['val']['mean_iou']:.3f}; recall {best['val']['recall']}")
+    say(f"model:    {out}, best in epoch {best['epoch']}, {time.perf_counter() - started:.0f} s on {trainer.device}")
+    say(f"val:      mean IoU {best['val']['mean_iou']:.3f}; recall {best['val']['recall']}")
 
 
 class TrainingProgress:
@@ -93,7 +101,7 @@ def _make_trainer(progress: TrainingProgress, data: list[Path], out: Path, setti
     train, val = join_frames([load_split(directory, "train") for directory in data]), load_split(data[0], "val")
     progress.say("making the network")
     torch.set_num_threads(threads)
-    trainer = Trainer(train, val, writable_directory(out), config)
+    trainer = Trainer(train, val, out, config)
     if init is not None:
         trainer.start_from(load_model(init))
     if resume:

@@ -66,7 +66,7 @@ def walk(
     out: Annotated[
         Path | None,
         typer.Option(
-            parser=console.directory,
+            parser=console.to_directory,
             metavar="DIR",
             help="For the results. Default: out/ROBOT-TERRAIN-GAIT-SEED and what else differs from the defaults.",
         ),

@@ -5,7 +5,9 @@ from typing import Annotated
 
 import typer
 
-from quadpips_drake.cli.console import FAILURE, messages, writable_directory
+from quadpips_drake.cli.console import FAILURE, messages, say, to_directory
+from quadpips_drake.cli.trials import Overwrite
+from quadpips_drake.trials.result_directory import ResultDirectory
 
 EPILOG = """
 Examples:
@@ -24,22 +26,26 @@ MEAN_IOU, NON_PASSABLE_RECALL, INFERENCE_MS = 0.90, 0.95, 120.0
 def network(
     data: Annotated[Path, typer.Option(metavar="DIR", help="What 'quadpips dataset' has made.")],
     model: Annotated[Path | None, typer.Option(metavar="DIR", help="Of 'quadpips train'. Default: the shipped one.")] = None,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where figures and pictures go.")] = Path("evaluation"),
+    out: Annotated[Path, typer.Option(parser=to_directory, metavar="DIR", help="Where figures and pictures go.")] = Path(
+        "evaluation"
+    ),
+    overwrite: Overwrite = False,
 ):
     """Score the steppability network: mean IoU, recall, confusion matrix, the worst frames."""
     from rich.progress import track
 
     from quadpips_drake.learning.dataset import load_split
-    from quadpips_drake.learning.evaluation import save_report, score
+    from quadpips_drake.learning.evaluation import CONFUSION_PICTURE, REPORT, WORST_PICTURE, save_report, score
     from quadpips_drake.perception.steppability.model import load_model
 
-    trained, frames = load_model(model), load_split(data, "test")
-    steps = iter(track(range(2 * len(frames)), "scoring", console=messages, transient=True))
-    scores = score(trained, frames, lambda count: next(steps, None))
-    steps.close()
-    save_report(scores, trained, frames, writable_directory(out))
+    with ResultDirectory(out, (REPORT, CONFUSION_PICTURE, WORST_PICTURE), overwrite=overwrite):
+        trained, frames = load_model(model), load_split(data, "test")
+        steps = iter(track(range(2 * len(frames)), "scoring", console=messages, transient=True))
+        scores = score(trained, frames, lambda count: next(steps, None))
+        steps.close()
+        save_report(scores, trained, frames, out)
     _print_scores(scores)
-    typer.echo(f"pictures: {out}")
+    say(f"pictures: {out}")
     recall = scores["noisy"]["recall"]["non_passable"] or 0.0
     met = (
         scores["noisy"]["mean_iou"] >= MEAN_IOU and recall >= NON_PASSABLE_RECALL and scores["inference_ms"] <= INFERENCE_MS

@@ -1,13 +1,15 @@
 """``quadpips evaluate perception``: how true and how complete the regions are, against the exact terrain."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from quadpips_drake.cli import console
+from quadpips_drake.cli.trials import Overwrite, Sets
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.files import write_json
+from quadpips_drake.trials.result_directory import ResultDirectory, why
 
 EPILOG = """
 Examples:
@@ -23,6 +25,7 @@ What each figure means is said in docs/perception.md.
 Exit status: 0 scored (even if the robot fell on the way), 2 bad input.
 """
 
+FILES = ("scores.json", "scores.png", "config.yaml")
 LINE_PERIOD = 5.0
 """Simulated time between two lines of progress [s]."""
 
@@ -57,37 +60,48 @@ def perception(
         typer.Option(metavar="H,V,YAW", help="Drift of the pose estimate: horizontal and vertical, m/s, yaw, rad/s."),
     ] = None,
     scripted: Annotated[bool, typer.Option("--scripted", help="Lead the camera along the way, without physics.")] = False,
-    duration: Annotated[float, typer.Option(metavar="S", help="Longest simulated time, s.")] = 60.0,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="For scores.json, scores.png, config.yaml.")] = None,
-    sets: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value; may be repeated.")
+    duration: Annotated[float, typer.Option(parser=console.seconds, metavar="S", help="Longest simulated time, s.")] = 60.0,
+    out: Annotated[
+        Path | None,
+        typer.Option(parser=console.to_directory, metavar="DIR", help="For scores.json, scores.png, config.yaml."),
     ] = None,
+    overwrite: Overwrite = False,
+    sets: Sets = None,
 ):
     """Score what perception says while the robot walks against the exact terrain.
 
     Prints a table and writes scores.json and scores.png into DIR.
     """
-    from quadpips_drake.configuration.loading import save_config
-
     options = {"terrain": terrain, "robot": robot, "seed": seed, "duration": duration}
     config = resolve_evaluation_config(options, noise, drift, sets or [])
-    name = f"perception-{robot}-{Path(terrain).stem}-{seed}{'-noise' if noise else ''}{'-drift' if drift else ''}"
-    out = console.writable_directory(out or Path("out") / name)
-    save_config(config, out / "config.yaml")
-    scorer, ended = _score(config, scripted)
-    if not scorer.rows:
-        raise UserInputError(f"nothing could be scored: {ended['reason']} {ended['detail']}")
-    summary = scorer.summary()
-    spoiled = config.stages.perception.depth_noise.enabled or config.stages.drift.enabled
-    print_table(summary, spoiled)
-    typer.echo(f"{ended['reason']} after {ended['sim_time']:.1f} s; {ended['detail']}")
-    document = {"robot": robot, "terrain": terrain, "seed": seed, "scripted": scripted} | ended
-    document |= {"noise": vars(config.stages.perception.depth_noise), "drift": vars(config.stages.drift)}
-    document |= {"summary": summary, "samples": scorer.rows}
-    (out / "scores.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-    _save_picture(out / "scores.png", scorer, name)
-    typer.echo(f"scores:  {out / 'scores.json'}")
-    typer.echo(f"picture: {out / 'scores.png'}")
+    out = out or default_directory(config, scripted)
+    with ResultDirectory(out, FILES, overwrite=overwrite) as directory:
+        try:
+            scorer, ended = _score(config, scripted)
+        except KeyboardInterrupt as interrupt:
+            console.end_interrupted(interrupt, "nothing was written")
+        if not scorer.rows:
+            raise UserInputError(f"nothing could be scored: {ended['reason']} {ended['detail']}")
+        summary = scorer.summary()
+        print_table(summary, config.stages.perception.depth_noise.enabled or config.stages.drift.enabled)
+        console.say(f"{ended['reason']} after {ended['sim_time']:.1f} s; {ended['detail']}")
+        document = {"robot": robot, "terrain": terrain, "seed": seed, "scripted": scripted} | ended
+        document |= {"noise": vars(config.stages.perception.depth_noise), "drift": vars(config.stages.drift)}
+        document |= {"summary": summary, "samples": scorer.rows}
+        directory.clear()
+        _save(out, config, document, scorer)
+    console.say(f"scores:  {out / 'scores.json'}")
+    console.say(f"picture: {out / 'scores.png'}")
+
+
+def default_directory(config, scripted: bool) -> Path:
+    """Returns where the scores go unless the user says otherwise: somewhere else for each evaluation."""
+    from quadpips_drake.cli.run import resolve_trial_config
+    from quadpips_drake.trials.directory_name import directory_name
+
+    names = {"robot": config.robot, "terrain": config.terrain, "seed": config.seed}
+    way = ["scripted"] if scripted else []
+    return Path("out") / directory_name(config, resolve_trial_config(None, names, []), "perception", *names.values(), *way)
 
 
 def resolve_evaluation_config(options: dict, noise: bool, drift: str | None, sets: list[str]):
@@ -138,7 +152,14 @@ def _score(config, scripted: bool):
     return (score_camera_path if scripted else score_walk)(config, progress=progress)
 
 
-def _save_picture(path: Path, scorer, title: str) -> None:
+def _save(out: Path, config, document: dict, scorer) -> None:
+    """Writes the files into ``out``."""
     from quadpips_drake.benchmark.perception_scores_picture import save_scores_picture
+    from quadpips_drake.configuration.loading import save_config
 
-    save_scores_picture(path, scorer, title, scorer.moments)
+    try:
+        write_json(out / "scores.json", document)
+        save_config(config, out / "config.yaml")
+        save_scores_picture(out / "scores.png", scorer, out.name, scorer.moments)
+    except OSError as error:
+        raise UserInputError(f"--out {out}: not all could be written ({why(error)})") from None

@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from quadpips_drake.cli.console import FAILURE, SUCCESS, messages, writable_directory
+from quadpips_drake.cli.console import FAILURE, SUCCESS, messages, say, seconds, to_directory
 from quadpips_drake.errors import UserInputError, unknown_name
+from quadpips_drake.trials.result_directory import ResultDirectory
 
 EPILOG_GAITS = """
 Examples:
@@ -41,20 +42,19 @@ Workers = Annotated[int, typer.Option(min=1, metavar="N", help="Trials at the sa
 def gaits(
     robots: Robots = "anymal_c,go2",
     seeds: Annotated[str, typer.Option(metavar="N,N,...", help="Seeds of the trials.")] = "100,101,102,103,104",
-    duration: Annotated[float, typer.Option(metavar="S", help="Of each walk, s.")] = 10.0,
+    duration: Annotated[float, typer.Option(parser=seconds, metavar="S", help="Of each walk, s.")] = 10.0,
     workers: Workers = 1,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="For gaits.json.")] = Path("out/gaits"),
+    out: Annotated[Path, typer.Option(parser=to_directory, metavar="DIR", help="For gaits.json.")] = Path("out/gaits"),
 ):
     """Walk in every gait, and trot forwards, sideways and turning, on flat ground; print a markdown table."""
     from quadpips_drake.benchmark import gait_study
     from quadpips_drake.benchmark.study_pool import load_results
 
-    if not duration > 0.0:
-        raise UserInputError("--duration must be a positive number of seconds")
     known, numbers = _known_robots(robots), _seeds(seeds)
-    results = load_results(writable_directory(out) / gait_study.STORE)
-    done = gait_study.run_gaits(known, numbers, out, results, duration=duration, workers=workers)
-    typer.echo(gait_study.table(done.results))
+    with ResultDirectory(out, ()):  # what it holds is kept, and added to
+        results = load_results(out / gait_study.STORE)
+        done = gait_study.run_gaits(known, numbers, out, results, duration=duration, workers=workers)
+    say(gait_study.table(done.results))
     raise typer.Exit(_status(done))
 
 
@@ -66,9 +66,9 @@ def robustness(
     ] = "100,101,102,103,104",
     target_only: Annotated[bool, typer.Option("--target-only", help="Try the targets alone, without bisection.")] = False,
     workers: Workers = 1,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="For robustness.json and terrain files.")] = Path(
-        "out/robustness"
-    ),
+    out: Annotated[
+        Path, typer.Option(parser=to_directory, metavar="DIR", help="For robustness.json and terrain files.")
+    ] = Path("out/robustness"),
 ):
     """Find the largest push, slope, delay ... that a trotting robot survives; print a markdown table."""
     from quadpips_drake.benchmark import robustness as study
@@ -80,9 +80,10 @@ def robustness(
         if name not in DISTURBANCES:
             raise unknown_name("disturbance", name, DISTURBANCES)
     known, numbers = _known_robots(robots), _seeds(seeds)
-    results = load_results(writable_directory(out) / study.STORE)
-    done = study.run_robustness(known, names, numbers, out, results, bisect=not target_only, workers=workers)
-    typer.echo(study.table(done.results, known, names))
+    with ResultDirectory(out, ()):  # what it holds is kept, and added to
+        results = load_results(out / study.STORE)
+        done = study.run_robustness(known, names, numbers, out, results, bisect=not target_only, workers=workers)
+    say(study.table(done.results, known, names))
     raise typer.Exit(_status(done))
 
 
