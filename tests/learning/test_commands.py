@@ -32,6 +32,11 @@ def test_from_frames_to_scores(dataset_directory, tmp_path):
     assert "recall non_passable" in out
     names = {"evaluation.json", "steppability_confusion.png", "steppability_worst_frames.png"}
     assert {path.name for path in scores.iterdir()} == names
+    before = [path.stat().st_mtime_ns for folder in (model, scores) for path in sorted(folder.iterdir())]
+    for command in (["train", "--out", model, "--epochs", 2], ["evaluate", "network", "--model", model, "--out", scores]):
+        status, _, err = quadpips(*command, "--data", dataset_directory)
+        assert status == 2 and "holds results already" in err and "--overwrite" in err
+    assert [path.stat().st_mtime_ns for folder in (model, scores) for path in sorted(folder.iterdir())] == before
 
 
 @pytest.mark.parametrize(
