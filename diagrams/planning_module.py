@@ -1,9 +1,10 @@
 """The planning module: from planar regions and a goal to a whole-body reference."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from pydrake.systems.framework import Diagram
 
+from quadpips_drake.configuration.schema import configuration
 from quadpips_drake.framework.ports import DiagramBuilder
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
@@ -19,7 +20,7 @@ from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizerConfig
 from quadpips_drake.trajectory.swing.swing_optimizer_system import SwingTrajectoryOptimizer
 
 
-@dataclass
+@configuration
 class PlanningConfig:
     """The searches, the swing optimisation, and when they happen."""
 

@@ -1,6 +1,6 @@
 """The whole system: a robot in its simulated world that sees, plans and walks (QuadPiPS figure 2)."""
 
-from dataclasses import dataclass, field, fields, make_dataclass
+from dataclasses import field, fields, make_dataclass
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -8,6 +8,7 @@ from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import Diagram
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
+from quadpips_drake.configuration.schema import configuration
 from quadpips_drake.diagrams.planners import PlannerSetup, planners
 from quadpips_drake.diagrams.planning_module import PlanningConfig
 from quadpips_drake.diagrams.region_sources import RegionSourceSetup, region_sources
@@ -32,7 +33,7 @@ from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND
 
 
-@dataclass
+@configuration
 class QuadpipsConfig:
     """All stages, in the order in which data flows.
 

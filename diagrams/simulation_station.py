@@ -1,6 +1,6 @@
 """The simulation station: a robot on a terrain, with its drives and sensors, behind ports that a real one could have."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from pydrake.geometry import GeometryId, MeshcatVisualizer, RoleAssign, SceneGraph
@@ -15,6 +15,7 @@ from pydrake.systems.framework import Diagram
 from pydrake.systems.primitives import Demultiplexer, DiscreteTimeDelay, Multiplexer
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.faults.model_errors import ModelErrorConfig, add_payload, set_base_mass
 from quadpips_drake.framework.ports import DiagramBuilder
@@ -32,43 +33,35 @@ from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.legs import JOINTS_PER_LEG, NUM_JOINTS, Leg
 
 
-@dataclass
+@configuration
 class StationConfig:
     """Physics, drives and sensors of the simulation."""
 
-    time_step: float = 0.001
+    time_step: float = ranged(0.001, 1e-5, 0.01)
     """Step of the physics [s]."""
     contact_approximation: str = "sap"
     """Drake's contact solver: sap, similar or lagged (tamsi knows no joint PD)."""
-    stiffness: list[float] | None = None
+    stiffness: list[float] | None = ranged(None, 0.0, 1e5, lengths=(JOINTS_PER_LEG,))
     """Proportional gains of the drives for HAA, HFE, KFE [N m/rad]; null: the robot's."""
-    damping: list[float] | None = None
+    damping: list[float] | None = ranged(None, 0.0, 1e4, lengths=(JOINTS_PER_LEG,))
     """Derivative gains of the drives for HAA, HFE, KFE [N m s/rad]; null: the robot's."""
-    contact_threshold: float = 5.0
+    contact_threshold: float = ranged(5.0, 0.0, 1e4)
     """Force from which on a foot is reported to be in contact [N]."""
     camera_name: str = "front"
     """Which of the robot's cameras is the depth camera, at which perception's egocan stands."""
     further_cameras: list[str] = field(default_factory=list)
     """Which others look around as well, for example [left, right, rear]; each costs its rendering, normals and egocan."""
-    camera_pitch: float | None = None
+    camera_pitch: float | None = ranged(None, -1.5, 1.5)
     """Viewing direction of that camera below the horizon [rad]; null: the robot's."""
     camera: DepthCameraConfig = field(default_factory=DepthCameraConfig)
     imu: ImuConfig = field(default_factory=ImuConfig)
     model_error: ModelErrorConfig = field(default_factory=ModelErrorConfig)
 
     def __post_init__(self):
-        if not 1e-5 <= self.time_step <= 0.01:
-            raise UserInputError(f"station: time_step must be 1e-5..0.01 s, got {self.time_step}")
         if self.contact_approximation not in ("sap", "similar", "lagged"):
-            raise UserInputError(
-                f"station: contact_approximation must be sap, similar or lagged, got '{self.contact_approximation}'"
-            )
+            raise UserInputError(f"contact_approximation must be sap, similar or lagged, not '{self.contact_approximation}'")
         if len({self.camera_name, *self.further_cameras}) != 1 + len(self.further_cameras):
-            raise UserInputError(f"station: further_cameras must name other cameras than '{self.camera_name}', each once")
-        for name in ("stiffness", "damping"):
-            gains = getattr(self, name)
-            if gains is not None and (len(gains) != JOINTS_PER_LEG or min(gains) < 0):
-                raise UserInputError(f"station: {name} needs three values (HAA, HFE, KFE), none negative, got {gains}")
+            raise UserInputError(f"further_cameras must name other cameras than '{self.camera_name}', each once")
 
 
 class SimulationStation(Diagram):

@@ -1,9 +1,10 @@
 """The tracking module: from the robot's state and a whole-body reference to torques."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from pydrake.systems.framework import Diagram
 
+from quadpips_drake.configuration.schema import configuration
 from quadpips_drake.control.mpc.centroidal_mpc_system import CentroidalMpc
 from quadpips_drake.control.mpc.mpc_config import MpcConfig
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
@@ -17,7 +18,7 @@ from quadpips_drake.supervision.safety import SafetyConfig
 from quadpips_drake.supervision.safety_monitor_system import SafetyMonitor
 
 
-@dataclass
+@configuration
 class TrackingConfig:
     """Safety monitor, model predictive and whole-body control."""
 

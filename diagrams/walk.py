@@ -1,10 +1,11 @@
 """Walking by velocity command, without perception or planning: station, command, velocity reference, tracking."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import Diagram
 
+from quadpips_drake.configuration.schema import configuration
 from quadpips_drake.control.mpc.mpc_config import walking_mpc
 from quadpips_drake.control.references.scripted_command_system import ScriptedCommand
 from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig
@@ -22,7 +23,7 @@ from quadpips_drake.visualization.recording import FRAMES_PER_SECOND
 from quadpips_drake.visualization.walk_panel_system import WalkPanel
 
 
-@dataclass
+@configuration
 class WalkConfig:
     """The stages of a walk."""
 

@@ -18,13 +18,17 @@ from collections.abc import Container
 from functools import cache
 from typing import Any
 
-from quadpips_drake.configuration.field_docs import field_unit
+from quadpips_drake.configuration.field_docs import field_docs, field_unit
 from quadpips_drake.errors import UserInputError, shown
 
 MAX_ITEMS = 1000
 """Most items of a list that says nothing else."""
 MAX_TEXT = 4096
 """Longest text [characters]: that of a path."""
+MAX_SEED = 2**31 - 1
+"""Largest seed of anything that is drawn at random."""
+MAX_DURATION = 86_400.0
+"""Longest time of a simulation, and latest time in one [s]: a day."""
 _RANGE = "range"
 
 
@@ -42,11 +46,14 @@ class Range:
     """Allowed numbers of items of a list."""
 
     def holds(self, value: float) -> bool:
-        """Whether ``value`` is taken; NaN never is."""
+        """Whether ``value`` is taken; NaN never is, nor a whole number that does not fit into 64 bits."""
+        if isinstance(value, numbers.Integral) and not -(2**63) <= value < 2**63:
+            return False
         return self.low <= value <= self.high or (self.zero and value == 0)
 
     def __str__(self):
-        span = f"{self.low:g}..{self.high:g}" if self.high < math.inf else f"at least {self.low:g}"
+        low, high = (str(end) if isinstance(end, int) else f"{end:g}" for end in (self.low, self.high))
+        span = f"{low}..{high}" if self.high < math.inf else f"at least {low}"
         return f"0 or {span}" if self.zero else span
 
 
@@ -110,7 +117,7 @@ def check_fields(config: Any) -> None:
             continue
         if not isinstance(value, list | tuple):
             raise UserInputError(f"{field.name} must be {describe(kind)}, not {shown(value)}")
-        _check_length(field.name, bounds, len(value))
+        _check_length(config, field.name, bounds, len(value))
         for index, item in enumerate(value):
             _check_value(config, field.name, f"{field.name}[{index}]", item_type(kind), bounds, item)
 
@@ -135,10 +142,11 @@ def _check_value(config: Any, name: str, where: str, kind: type, bounds: Range |
         raise UserInputError(f"{where} must be printable text of at most {MAX_TEXT} characters, not {shown(value)}")
 
 
-def _check_length(name: str, bounds: Range | None, length: int) -> None:
+def _check_length(config: Any, name: str, bounds: Range | None, length: int) -> None:
     lengths = range(MAX_ITEMS + 1) if bounds is None or bounds.lengths is None else bounds.lengths
     if length not in lengths:
-        raise UserInputError(f"{name} must have {describe_lengths(lengths)} items, not {length}")
+        meaning = field_docs(type(config)).get(name, "").removesuffix(".")
+        raise UserInputError(f"{name} must have {describe_lengths(lengths)} items, not {length}{meaning and ': '}{meaning}")
 
 
 def describe_lengths(lengths: Container[int]) -> str:
@@ -191,7 +199,7 @@ def describe(kind: Any) -> str:
     if item is inner:
         text = words.get(inner, getattr(inner, "__name__", str(inner)))
     else:
-        text = "a list, [...], each item " + words.get(item, "a mapping of keys")
+        text = "a list, [...], each item " + words.get(item, "a section of keys")
     return text if inner is kind else f"{text} or null"
 
 

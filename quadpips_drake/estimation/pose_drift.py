@@ -1,33 +1,28 @@
 """A pose estimate that drifts away from the truth, as odometry without landmarks does."""
 
 import dataclasses
-from dataclasses import dataclass
 
 import numpy as np
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.values.robot_state import RobotState
 
 
-@dataclass
+@configuration
 class PoseDriftConfig:
     """How fast the frame that the estimator takes for the world moves; all zero (the default): a perfect estimate.
 
     Legged odometry drifts by about 1 % of the way: 0.003 m/s at walking pace, and some 0.002 rad/s in yaw.
     """
 
-    horizontal_rate: float = 0.0
+    horizontal_rate: float = ranged(0.0, 0.0, 0.5)
     """Speed of the drift in the horizontal plane, in a direction that the seed chooses [m/s]."""
-    vertical_rate: float = 0.0
+    vertical_rate: float = ranged(0.0, 0.0, 0.5)
     """Speed of the drift in height, up or down as the seed chooses [m/s]."""
-    yaw_rate: float = 0.0
+    yaw_rate: float = ranged(0.0, 0.0, 0.5)
     """Rate of the drift in yaw, to the side that the seed chooses [rad/s]."""
-
-    def __post_init__(self):
-        if not all(0.0 <= rate <= 0.5 for rate in (self.horizontal_rate, self.vertical_rate, self.yaw_rate)):
-            raise UserInputError("drift: horizontal_rate, vertical_rate and yaw_rate must be 0..0.5 m/s or rad/s")
 
     @property
     def enabled(self) -> bool:

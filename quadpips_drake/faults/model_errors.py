@@ -1,43 +1,31 @@
 """What is different from what the controllers believe: load, masses, friction, drives that are late."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.terrain.terrain import MAX_FRICTION
 
 _DENSITY = 2000.0
 """Of the payload, for its size [kg/m^3]."""
 
 
-@dataclass
+@configuration
 class ModelErrorConfig:
     """Differences between the simulated world and what the controllers believe; none by default."""
 
-    friction: float | None = None
+    friction: float | None = ranged(None, 0.001, MAX_FRICTION)
     """Friction coefficient of the ground [1]; null: the terrain's."""
-    payload: float = 0.0
+    payload: float = ranged(0.0, 0.0, 1000.0)
     """Mass fixed to the base [kg], a cube."""
-    payload_position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.1])
+    payload_position: list[float] = ranged([0.0, 0.0, 0.1], -2.0, 2.0)
     """Its centre in the base frame B [m]."""
-    base_mass_factor: float = 1.0
+    base_mass_factor: float = ranged(1.0, 0.1, 10.0)
     """True mass (and inertia) of the base as part of the believed one [1]."""
-    actuator_delay: float = 0.0
+    actuator_delay: float = ranged(0.0, 0.0, 0.1)
     """How late commands reach the drives [s]; rounded to steps of the physics."""
-
-    def __post_init__(self):
-        if self.friction is not None and not 0.0 < self.friction <= MAX_FRICTION:
-            raise UserInputError(f"friction must be above 0 and at most {MAX_FRICTION:g}, not {self.friction}")
-        if not (self.payload >= 0.0 and len(self.payload_position) == 3):
-            raise UserInputError("payload must not be negative, payload_position three numbers")
-        if not 0.1 <= self.base_mass_factor <= 10.0:
-            raise UserInputError(f"base_mass_factor must be 0.1..10, not {self.base_mass_factor}")
-        if not 0.0 <= self.actuator_delay <= 0.1:
-            raise UserInputError(f"actuator_delay must be 0..0.1 s, not {self.actuator_delay}")
 
 
 def add_payload(plant: MultibodyPlant, robot, config: ModelErrorConfig) -> None:

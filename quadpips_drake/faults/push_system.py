@@ -1,35 +1,24 @@
 """Pushes: forces on the base at set times."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import MAX_DURATION, configuration, ranged
 
 
-@dataclass
+@configuration
 class Push:
     """A constant force on the base for a while."""
 
-    force: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    """In W [N]."""
-    time: float = 0.0
+    force: list[float] = ranged([0.0, 0.0, 0.0], -1e5, 1e5)
+    """Vector in W [N]."""
+    time: float = ranged(0.0, 0.0, MAX_DURATION)
     """When it begins [s]."""
-    duration: float = 0.1
-    """[s]"""
-
-
-def check_pushes(pushes: list[Push]) -> None:
-    """Refuses pushes that are no pushes (UserInputError)."""
-    for push in pushes:
-        if len(push.force) != 3 or not np.isfinite([*push.force, push.time, push.duration]).all():
-            raise UserInputError(f"a push needs three force components [N], a time and a duration [s], not {push}")
-        if push.time < 0.0 or push.duration <= 0.0:
-            raise UserInputError(f"a push needs a time >= 0 and a duration > 0, not {push.time:g} and {push.duration:g} s")
+    duration: float = ranged(0.1, 1e-4, MAX_DURATION)
+    """How long it lasts [s]."""
 
 
 def force_at(pushes: list[Push], time: float) -> np.ndarray:
@@ -54,7 +43,6 @@ class PushSource(LeafSystem):
         """Args: pushes; the plant's RigidBody that is pushed; where, in its frame [m], (3,)."""
         super().__init__()
         self.set_name("pushes")
-        check_pushes(pushes)
         self._pushes, self._body, self._point = list(pushes), body, np.array(p_BoBq_B, dtype=float)
         example = AbstractValue.Make([ExternallyAppliedSpatialForce()])
         self.DeclareAbstractOutputPort("applied_spatial_force", lambda: example.Clone(), self._calc, {self.time_ticket()})

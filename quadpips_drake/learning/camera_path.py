@@ -1,36 +1,34 @@
 """How the camera moves through a scene (QuadPiPS section V-B.4)."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.terrain import pose
 
 
-@dataclass
+@configuration
 class CameraPathConfig:
     """Walking and its shaking."""
 
-    stride_min: float = 0.10
+    stride_min: float = ranged(0.10, 0.0, 10.0)
     """Least way between two frames [m]."""
-    stride_max: float = 0.40
+    stride_max: float = ranged(0.40, 0.0, 10.0)
     """Longest way between two frames [m]."""
-    turn: float = 0.12
+    turn: float = ranged(0.12, 0.0, 3.2)
     """Standard deviation of the turn between two frames [rad]."""
-    jitter_position: float = 0.02
+    jitter_position: float = ranged(0.02, 0.0, 1.0)
     """Standard deviation of the base about its nominal position, along each axis [m]."""
-    jitter_angle: float = 0.04
+    jitter_angle: float = ranged(0.04, 0.0, 1.0)
     """Standard deviation of the base about its nominal attitude, about each axis [rad]."""
 
     def __post_init__(self):
-        if not 0 <= self.stride_min <= self.stride_max:
-            raise UserInputError("camera path: need 0 <= stride_min <= stride_max")
-        if min(self.turn, self.jitter_position, self.jitter_angle) < 0:
-            raise UserInputError("camera path: turn, jitter_position and jitter_angle must not be negative")
+        if self.stride_min > self.stride_max:
+            raise UserInputError(f"stride_min must be at most stride_max, {self.stride_max:g} m, not {self.stride_min:g} m")
 
 
 def camera_poses(

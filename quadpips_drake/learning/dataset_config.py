@@ -1,7 +1,8 @@
 """What a steppability dataset is made of."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.learning.camera_path import CameraPathConfig
 from quadpips_drake.learning.depth_corruption import CorruptionConfig
@@ -11,7 +12,7 @@ from quadpips_drake.sensing.depth_camera import DepthCameraConfig
 SPLITS = ("train", "val", "test")
 
 
-@dataclass
+@configuration
 class DatasetConfig:
     """All settings of the data factory; saved in the dataset's manifest."""
 
@@ -22,20 +23,16 @@ class DatasetConfig:
     corruption: CorruptionConfig = field(default_factory=CorruptionConfig)
     robots: list[str] = field(default_factory=lambda: ["anymal_c", "go2"])
     """Robots whose camera mounts are used, drawn scene by scene."""
-    frames_per_scene: int = 5
+    frames_per_scene: int = ranged(5, 1, 100)
     """Images along one walk."""
-    scenes_per_shard: int = 10
+    scenes_per_shard: int = ranged(10, 1, 1000)
     """Scenes in one file."""
-    gravity_noise: float = 0.01
+    gravity_noise: float = ranged(0.01, 0.0, 0.5)
     """Standard deviation of the measured direction of gravity [rad]."""
 
     def __post_init__(self):
-        if not (1 <= self.frames_per_scene <= 100 and 1 <= self.scenes_per_shard <= 1000):
-            raise UserInputError("dataset: need frames_per_scene 1..100 and scenes_per_shard 1..1000")
         if not self.robots:
-            raise UserInputError("dataset: robots must name at least one robot")
-        if not 0 <= self.gravity_noise <= 0.5:
-            raise UserInputError(f"dataset: gravity_noise must be 0..0.5 rad, got {self.gravity_noise}")
+            raise UserInputError("robots must name at least one robot")
 
 
 def split_of_scene(scene: int) -> str:

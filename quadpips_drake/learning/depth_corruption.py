@@ -1,47 +1,38 @@
 """Makes rendered depth images look measured: the domain alignment of QuadPiPS section V-B.6."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import cv2
 import numpy as np
 from numba import njit
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig, add_depth_noise
 
 BINS = 12
 """Grey levels of the oil-paint filter."""
 
 
-@dataclass
+@configuration
 class CorruptionConfig:
     """Strengths are drawn anew for every image, uniformly up to the values here."""
 
-    boundary_width: int = 3
+    boundary_width: int = ranged(3, 0, 20)
     """Most dilations by a 3 x 3 square of the boundaries of objects [pixels]."""
-    boundary_jump: float = 0.03
+    boundary_jump: float = ranged(0.03, 1e-4, 10.0)
     """Relative difference of neighbouring depths that counts as a boundary, besides changes of the label."""
-    boundary_noise: float = 0.012
+    boundary_noise: float = ranged(0.012, 0.0, 1.0)
     """Largest standard deviation of the noise at boundaries, relative to the depth."""
-    oil_radius: int = 2
+    oil_radius: int = ranged(2, 0, 8)
     """Half width of the window of the oil-paint filter [pixels]."""
-    boundary_voids: float = 0.25
+    boundary_voids: float = ranged(0.25, 0.0, 1.0)
     """Largest share of the boundary pixels that is lost, in connected groups."""
-    surface_voids: float = 0.04
+    surface_voids: float = ranged(0.04, 0.0, 1.0)
     """Largest share of all pixels that is lost, in connected groups."""
-    blots: float = 0.3
+    blots: float = ranged(0.3, 0.0, 1.0)
     """Probability of one or two large holes, like those that the self-filter leaves where legs are."""
     noise: DepthNoiseConfig = field(default_factory=lambda: DepthNoiseConfig(0.001, 0.004, 0.02))
     """Largest noise of the whole image; half of the images have none."""
-
-    def __post_init__(self):
-        shares = (self.boundary_voids, self.surface_voids, self.blots)
-        if min(shares) < 0 or max(shares) > 1:
-            raise UserInputError("corruption: boundary_voids, surface_voids and blots must be 0..1")
-        if not (0 <= self.boundary_width <= 20 and 0 <= self.oil_radius <= 8):
-            raise UserInputError("corruption: boundary_width must be 0..20 and oil_radius 0..8 pixels")
-        if self.boundary_jump <= 0 or self.boundary_noise < 0:
-            raise UserInputError("corruption: boundary_jump must be positive, boundary_noise not negative")
 
 
 def corrupt_depth(

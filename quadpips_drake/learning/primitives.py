@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.values.steppability import Steppability
 
 SIDES = 20
@@ -31,16 +31,12 @@ FLOOR_SIZE = 4.0
 """Edge length of a floor [m]."""
 
 
-@dataclass
+@configuration
 class LabelPolicy:
     """Which label a face gets."""
 
-    swing_height_max: float = 0.15
+    swing_height_max: float = ranged(0.15, 0.001, 1.0)
     """What a swinging foot clears, h_swing_max [m]."""
-
-    def __post_init__(self):
-        if not 0 < self.swing_height_max <= 1:
-            raise UserInputError(f"policy: swing_height_max must be above 0 and at most 1 m, got {self.swing_height_max}")
 
     def obstacle(self, height: float) -> Steppability:
         """Returns PASSABLE or NON_PASSABLE for a vertical face or a round body that rises ``height`` [m]."""

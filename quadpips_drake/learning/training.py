@@ -4,7 +4,7 @@ import dataclasses
 import pickle
 import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ import torch
 from torch.nn import functional
 from torch.optim.swa_utils import AveragedModel
 
+from quadpips_drake.configuration.schema import MAX_SEED, configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.files import write_json
 from quadpips_drake.learning.dataset import Frames, decode_depth
@@ -19,43 +20,35 @@ from quadpips_drake.learning.evaluation import evaluate_frames
 from quadpips_drake.learning.metrics import summary
 from quadpips_drake.perception.steppability.features import make_features
 from quadpips_drake.perception.steppability.model import SteppabilityModel, save_model
-from quadpips_drake.perception.steppability.network import CLASSES, NetworkConfig, SteppabilityNetwork
+from quadpips_drake.perception.steppability.network import NetworkConfig, SteppabilityNetwork
 
 CHECKPOINT, HISTORY = "checkpoint.pt", "history.json"
 _IGNORED = -1
 
 
-@dataclass
+@configuration
 class TrainingConfig:
     """How the network is trained."""
 
-    epochs: int = 5
+    epochs: int = ranged(5, 1, 10_000)
     """Rounds over the training split."""
-    batch: int = 8
+    batch: int = ranged(8, 1, 1024)
     """Images per step."""
-    learning_rate: float = 4e-3
+    learning_rate: float = ranged(4e-3, 1e-9, 1.0)
     """Peak of the one-cycle schedule."""
-    weight_decay: float = 1e-4
+    weight_decay: float = ranged(1e-4, 0.0, 1.0)
     """Of AdamW, per step and learning rate."""
-    crop_width: int = 192
+    crop_width: int = ranged(192, 16, 4096)
     """Columns, cut out at random, that a training image keeps [pixels]; its full height stays."""
-    class_weights: list[float] = field(default_factory=lambda: [1.0, 2.0, 1.3])
+    class_weights: list[float] = ranged([1.0, 2.0, 1.3], 1e-6, 1e6)
     """Of steppable, passable, non-passable in the cross entropy."""
-    dice_weight: float = 1.0
+    dice_weight: float = ranged(1.0, 0.0, 1e6)
     """Weight of the soft Dice loss against the cross entropy's 1."""
-    averaging: float = 0.995
+    averaging: float = ranged(0.995, 0.0, 0.999999)
     """Decay per step of the moving average of the weights that is kept as the result."""
-    seed: int = 1
+    seed: int = ranged(1, 0, MAX_SEED)
     """Of initial weights, order, crops and flips."""
     network: NetworkConfig = field(default_factory=NetworkConfig)
-
-    def __post_init__(self):
-        if not (1 <= self.epochs <= 10_000 and 1 <= self.batch <= 1024 and self.crop_width >= 16):
-            raise UserInputError("training: need epochs 1..10000, batch 1..1024 and crop_width of at least 16")
-        if not (0 < self.learning_rate <= 1 and 0 <= self.weight_decay <= 1 and 0 <= self.averaging < 1):
-            raise UserInputError("training: learning_rate, weight_decay and averaging must be 0..1")
-        if len(self.class_weights) != len(CLASSES) or min(self.class_weights) <= 0 or self.dice_weight < 0:
-            raise UserInputError("training: needs three positive class_weights and a dice_weight that is not negative")
 
 
 class Trainer:

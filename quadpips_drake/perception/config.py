@@ -1,7 +1,8 @@
 """The configuration of the whole perception."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from quadpips_drake.configuration.schema import configuration
 from quadpips_drake.perception.egocan.egocan import EgocanConfig
 from quadpips_drake.perception.normals.normals import NormalConfig
 from quadpips_drake.perception.regions.region_extraction import RegionConfig
@@ -11,7 +12,7 @@ from quadpips_drake.sensing.depth_noise import DepthNoiseConfig
 from quadpips_drake.sensing.self_filter import SelfFilterConfig
 
 
-@dataclass
+@configuration
 class PerceptionConfig:
     """From the depth image to the regions, stage by stage."""
 

@@ -5,25 +5,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.values.legs import JOINTS_PER_LEG, NUM_JOINTS
 
 
-@dataclass
+@configuration
 class CameraDescription:
     """Where a depth camera sits and looks."""
 
     name: str = "front"
-    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """By which the station's configuration chooses it; one must be called front."""
+    position: list[float] = ranged([0.0, 0.0, 0.0], -10.0, 10.0)
     """Optical centre in the base frame [m], 3 values."""
-    yaw: float = 0.0
+    yaw: float = ranged(0.0, -6.3, 6.3)
     """Viewing direction from straight ahead, positive to the left [rad]."""
-    pitch: float = 0.0
+    pitch: float = ranged(0.0, -1.5708, 1.5708)
     """Viewing direction below the horizon [rad]."""
-
-    def __post_init__(self):
-        if len(self.position) != 3:
-            raise UserInputError(f"camera '{self.name}': position needs 3 values, got {len(self.position)}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +33,7 @@ class CameraMount:
     """Pose of the optical frame C (x right, y down, z forward) in the base frame, (4, 4)."""
 
 
-@dataclass
+@configuration
 class RobotDescription:
     """The schema of ``models/<robot>/robot.yaml``."""
 
@@ -45,21 +43,18 @@ class RobotDescription:
     """Name for people."""
     urdf: str = ""
     """File name of the URDF, beside this file."""
-    nominal_joints: list[float] = field(default_factory=lambda: [0.0] * NUM_JOINTS)
+    nominal_joints: list[float] = ranged([0.0] * NUM_JOINTS, -6.3, 6.3)
     """Joint angles of the nominal stance [rad], leg by leg."""
     cameras: list[CameraDescription] = field(default_factory=lambda: [CameraDescription()])
-    imu_position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Depth cameras."""
+    imu_position: list[float] = ranged([0.0, 0.0, 0.0], -10.0, 10.0)
     """Accelerometer in the base frame [m]."""
-    stiffness: list[float] = field(default_factory=lambda: [0.0] * JOINTS_PER_LEG)
+    stiffness: list[float] = ranged([0.0] * JOINTS_PER_LEG, 0.0, 1e5)
     """Proportional gains of the drives for HAA, HFE, KFE [N m/rad]."""
-    damping: list[float] = field(default_factory=lambda: [0.0] * JOINTS_PER_LEG)
+    damping: list[float] = ranged([0.0] * JOINTS_PER_LEG, 0.0, 1e4)
     """Derivative gains of the drives for HAA, HFE, KFE [N m s/rad]."""
 
     def __post_init__(self):
-        lengths = {"nominal_joints": NUM_JOINTS, "imu_position": 3, "stiffness": 3, "damping": 3}
-        for name, length in lengths.items():
-            if len(getattr(self, name)) != length:
-                raise UserInputError(f"{name} needs {length} values, got {len(getattr(self, name))}")
         if not any(camera.name == "front" for camera in self.cameras):
             raise UserInputError("cameras must include one named 'front'")
 

@@ -2,7 +2,6 @@
 
 import ctypes
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from pydrake.geometry import (
@@ -19,6 +18,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_description import CameraMount
 from quadpips_drake.values.sensing import CameraIntrinsics
@@ -26,28 +26,30 @@ from quadpips_drake.values.sensing import CameraIntrinsics
 _RENDERER = "depth"
 
 
-@dataclass
+MAX_PIXELS = 2_100_000
+"""Largest image: full HD. Perception needs some 500 bytes a pixel."""
+
+
+@configuration
 class DepthCameraConfig:
     """An ideal pinhole depth camera; the defaults are those of the simulated RealSense D435 of QuadPiPS."""
 
-    width: int = 640
-    """[pixels]"""
-    height: int = 480
-    """[pixels]"""
-    horizontal_fov: float = 1.48702
+    width: int = ranged(640, 8, 4096)
+    """Columns of the image [pixels]."""
+    height: int = ranged(480, 8, 4096)
+    """Rows of the image [pixels]."""
+    horizontal_fov: float = ranged(1.48702, 0.1, 2.8)
     """Horizontal field of view [rad] (85.2 degrees)."""
-    min_range: float = 0.1
+    min_range: float = ranged(0.1, 0.01, 100.0)
     """Least depth that is measured [m]."""
-    max_range: float = 3.0
+    max_range: float = ranged(3.0, 0.02, 100.0)
     """Largest depth that is measured [m]."""
 
     def __post_init__(self):
-        if not (8 <= self.width <= 4096 and 8 <= self.height <= 4096):
-            raise UserInputError(f"camera: width and height must be 8..4096 pixels, got {self.width} x {self.height}")
-        if not 0.1 <= self.horizontal_fov <= 2.8:
-            raise UserInputError(f"camera: horizontal_fov must be 0.1..2.8 rad, got {self.horizontal_fov}")
-        if not 0.01 <= self.min_range < self.max_range:
-            raise UserInputError(f"camera: need 0.01 <= min_range < max_range, got {self.min_range} and {self.max_range}")
+        if self.width * self.height > MAX_PIXELS:
+            raise UserInputError(f"width x height must be at most {MAX_PIXELS} pixels, not {self.width} x {self.height}")
+        if not self.min_range < self.max_range:
+            raise UserInputError(f"min_range must be below max_range, {self.max_range:g} m, not {self.min_range:g} m")
 
 
 def make_intrinsics(config: DepthCameraConfig) -> CameraIntrinsics:

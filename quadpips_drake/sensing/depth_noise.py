@@ -1,17 +1,15 @@
 """A noise model of a depth camera."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
 
 _STAMP_RESOLUTION = 1e-6
 _LARGEST = 10.0
 """What claims to be further away is no measurement but a saturated pixel, and gets no noise [m]."""
 
 
-@dataclass
+@configuration
 class DepthNoiseConfig:
     """Gaussian noise whose deviation grows with the squared depth, as that of stereo cameras does, and lost pixels.
 
@@ -19,18 +17,12 @@ class DepthNoiseConfig:
     roughly sigma 0.001, sigma_growth 0.004 and dropout 0.02.
     """
 
-    sigma: float = 0.0
+    sigma: float = ranged(0.0, 0.0, 1.0)
     """Standard deviation at zero depth [m]."""
-    sigma_growth: float = 0.0
+    sigma_growth: float = ranged(0.0, 0.0, 1.0)
     """What the standard deviation grows by with the squared depth [1/m]."""
-    dropout: float = 0.0
+    dropout: float = ranged(0.0, 0.0, 1.0)
     """Probability that a pixel measures nothing."""
-
-    def __post_init__(self):
-        if not (0.0 <= self.sigma <= 1.0 and 0.0 <= self.sigma_growth <= 1.0):
-            raise UserInputError("depth_noise: sigma and sigma_growth must be 0..1")
-        if not 0.0 <= self.dropout <= 1.0:
-            raise UserInputError(f"depth_noise: dropout is a probability, 0..1, got {self.dropout}")
 
     @property
     def enabled(self) -> bool:

@@ -1,7 +1,5 @@
 """An inertial measurement unit."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
@@ -9,27 +7,23 @@ from pydrake.multibody.math import SpatialAcceleration, SpatialVelocity
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import LeafSystem
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.robots.robot_model import RobotModel
 
 _STAMP_RESOLUTION = 1e-6
 
 
-@dataclass
+@configuration
 class ImuConfig:
     """White noise of gyroscope and accelerometer; zero, the default, means an ideal sensor.
 
     The simulation of QuadPiPS used 2e-4 rad/s and 1.7e-2 m/s^2.
     """
 
-    gyro_sigma: float = 0.0
+    gyro_sigma: float = ranged(0.0, 0.0, 10.0)
     """Standard deviation of each angular velocity sample [rad/s]."""
-    accelerometer_sigma: float = 0.0
+    accelerometer_sigma: float = ranged(0.0, 0.0, 100.0)
     """Standard deviation of each specific force sample [m/s^2]."""
-
-    def __post_init__(self):
-        if not (0.0 <= self.gyro_sigma < 10.0 and 0.0 <= self.accelerometer_sigma < 100.0):
-            raise UserInputError("imu: gyro_sigma must be 0..10 rad/s and accelerometer_sigma 0..100 m/s^2")
 
 
 class Imu(LeafSystem):

@@ -1,11 +1,9 @@
 """Removes the robot's own body from a depth image, from known kinematics and known shapes."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numba import njit
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.robot_shapes import CYLINDER, load_robot_shapes
 from quadpips_drake.values.sensing import CameraIntrinsics
@@ -14,21 +12,16 @@ _NEAR = 0.05
 """No camera measures a depth below this [m]."""
 
 
-@dataclass
+@configuration
 class SelfFilterConfig:
     """How far from the robot's surface a measured point may lie and still be taken for the robot."""
 
     enabled: bool = True
-    margin: float = 0.02
+    """Whether points on the robot itself are removed from the depth image."""
+    margin: float = ranged(0.02, 0.0, 0.5)
     """Distance from the surface [m]."""
-    margin_growth: float = 0.0
+    margin_growth: float = ranged(0.0, 0.0, 0.5)
     """What the margin grows by with the squared depth, to allow for noise [1/m]."""
-
-    def __post_init__(self):
-        if not 0.0 <= self.margin <= 0.5:
-            raise UserInputError(f"self_filter: margin must be 0..0.5 m, got {self.margin}")
-        if not 0.0 <= self.margin_growth <= 0.5:
-            raise UserInputError(f"self_filter: margin_growth must be 0..0.5 1/m, got {self.margin_growth}")
 
 
 def find_own_body(

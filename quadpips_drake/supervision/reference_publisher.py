@@ -2,26 +2,21 @@
 
 from dataclasses import dataclass
 
-from quadpips_drake.errors import UserInputError
-from quadpips_drake.framework.stage_config import StageConfig
+from quadpips_drake.configuration.schema import configuration, ranged
+from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.reference import WholeBodyReference
 
 
-@dataclass
+@configuration
 class ReferencePublisherConfig(StageConfig):
     """How references are published (QuadPiPS section VII-A)."""
 
-    rate: float = 100.0
+    rate: float = stage_rate(100.0)
     """How often it looks for a new plan [Hz]."""
 
-    time_ahead: float = 0.25
+    time_ahead: float = ranged(0.25, 0.0, 10.0)
     """A new reference starts so long after it arrives [s] (QuadPiPS: 0.25)."""
-
-    def __post_init__(self):
-        super().__post_init__()
-        if self.time_ahead < 0.0:
-            raise UserInputError(f"reference_publisher.time_ahead must not be negative, is {self.time_ahead}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,8 +4,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.framework.stage_config import StageConfig
+from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest
@@ -17,43 +18,40 @@ _PUBLICATION_TIME = 0.05
 """How long after its status a reference is published at the latest [s]."""
 
 
-@dataclass
+@configuration
 class MonitorConfig(StageConfig):
     """When the monitor reacts. What counts as unstable or at rest is decided by the safety monitor of the control stage."""
 
-    rate: float = 10.0
+    rate: float = stage_rate(10.0)
     """How often it looks at everything [Hz] (the authors' release: 10)."""
 
-    goal_tolerance: float = 0.20
+    goal_tolerance: float = ranged(0.20, 0.001, 100.0)
     """The goal is reached when the base is this close to it, in xy [m]."""
-    goal_lost: float = 0.30
+    goal_lost: float = ranged(0.30, 0.001, 100.0)
     """A robot that was at the goal sets out again when it is further away than this [m]."""
-    stand_up_time: float = 0.5
+    stand_up_time: float = ranged(0.5, 0.0, 1000.0)
     """Least time for standing up at the start [s]."""
-    stand_up_timeout: float = 4.0
+    stand_up_timeout: float = ranged(4.0, 0.0, 1000.0)
     """Time after which standing up counts as done even if the robot still moves [s]."""
-    pause: float = 0.2
+    pause: float = ranged(0.2, 0.0, 1000.0)
     """Time at rest between a completed reference and the next request [s] (0.5 in the release)."""
-    retry_pause: float = 0.5
+    retry_pause: float = ranged(0.5, 0.0, 1000.0)
     """Time between a failed plan and the next request, for newer regions [s]."""
-    planning_timeout: float = 3.0
+    planning_timeout: float = ranged(3.0, 0.0, 1000.0)
     """A request without a reference for this long has failed [s]."""
-    max_failed_plans: int = 5
+    max_failed_plans: int = ranged(5, 1, 1_000_000)
     """As many failures in a row end in no_plan."""
-    near_end: float = 0.15
+    near_end: float = ranged(0.15, 0.0, 100.0)
     """A reference is completed when the base is this close to its last position [m] and its time is over."""
-    completion_timeout: float = 1.0
+    completion_timeout: float = ranged(1.0, 0.0, 1000.0)
     """... or this long after its time is over [s], wherever the base is."""
 
     def __post_init__(self):
         super().__post_init__()
-        if not 0.0 < self.goal_tolerance <= self.goal_lost:
-            raise UserInputError("the monitor needs 0 < goal_tolerance <= goal_lost")
-        if self.max_failed_plans < 1:
-            raise UserInputError(f"max_failed_plans must be at least 1, not {self.max_failed_plans}")
-        for name in ("pause", "retry_pause", "planning_timeout", "completion_timeout"):
-            if getattr(self, name) < 0.0:
-                raise UserInputError(f"{name} must not be negative, is {getattr(self, name)}")
+        if self.goal_tolerance > self.goal_lost:
+            raise UserInputError(
+                f"goal_tolerance must be at most goal_lost, {self.goal_lost:g} m, is {self.goal_tolerance:g}"
+            )
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.framework.stage_config import StageConfig
+from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import NUM_LEGS, Leg
 from quadpips_drake.values.mpc_policy import MpcPolicy
@@ -17,48 +18,45 @@ from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.status import SAFETY_EVENTS, SafetyStatus
 
 
-@dataclass
+@configuration
 class SafetyConfig(StageConfig):
     """Bounds of what is still normal: beyond them a reference is aborted."""
 
-    rate: float = 100.0
+    rate: float = stage_rate(100.0)
     """How often it looks at the robot [Hz]."""
 
-    max_tilt: float = 0.4
+    max_tilt: float = ranged(0.4, 0.01, 3.2)
     """|roll| and |pitch| above which the robot counts as unstable [rad] (15 degrees in the release's unused checker, which
     a ramp exceeds by itself)."""
-    fall_tilt: float = 0.8
+    fall_tilt: float = ranged(0.8, 0.01, 3.2)
     """|roll| and |pitch| above which it has fallen [rad]."""
-    min_height_ratio: float = 0.5
+    min_height_ratio: float = ranged(0.5, 0.0, 1.0)
     """Height of the base above its feet, as part of the nominal one, below which it has fallen [1]."""
-    max_turn_rate: float = 5.0
+    max_turn_rate: float = ranged(5.0, 0.01, 1000.0)
     """Angular speed of the torso above which it counts as unstable, if sustained [rad/s] (the release's: 5)."""
-    max_joint_speed_ratio: float = 1.2
+    max_joint_speed_ratio: float = ranged(1.2, 0.01, 1000.0)
     """Joint speed as part of its limit above which the robot counts as unstable, if sustained [1]."""
-    max_torque_ratio: float = 0.98
+    max_torque_ratio: float = ranged(0.98, 0.01, 1000.0)
     """Joint torque as part of its limit that counts as saturated [1]."""
-    max_saturated_joints: int = 3
+    max_saturated_joints: int = ranged(3, 0, 12)
     """As many saturated joints at once are still normal [1]; more, sustained, are not."""
-    sustained: float = 0.2
+    sustained: float = ranged(0.2, 0.0, 1000.0)
     """How long too fast joints, a too fast turn or saturated torques are tolerated [s]: a swing may do that for a moment."""
-    max_slip: float = 0.08
+    max_slip: float = ranged(0.08, 0.001, 1000.0)
     """How far a foot may slide from where it came down [m]."""
-    max_mismatch_time: float = 0.3
+    max_mismatch_time: float = ranged(0.3, 0.0, 1000.0)
     """How long a foot may lack the ground while it is planned to stand [s]; late touch-downs take a while."""
-    calm_joint_speed: float = 0.5
+    calm_joint_speed: float = ranged(0.5, 0.001, 100.0)
     """A robot at rest moves no joint faster than this [rad/s]."""
-    calm_base_speed: float = 0.10
+    calm_base_speed: float = ranged(0.10, 0.0, 100.0)
     """... and its base no faster than this [m/s]."""
-    stabilise_time: float = 0.5
+    stabilise_time: float = ranged(0.5, 0.0, 1000.0)
     """An event is over when the robot has been upright and at rest for so long [s]."""
 
     def __post_init__(self):
         super().__post_init__()
-        if not 0.0 < self.max_tilt <= self.fall_tilt:
-            raise UserInputError("safety needs 0 < max_tilt <= fall_tilt")
-        for name in ("max_turn_rate", "max_joint_speed_ratio", "max_torque_ratio", "max_slip", "calm_joint_speed"):
-            if getattr(self, name) <= 0.0:
-                raise UserInputError(f"safety.{name} must be positive, is {getattr(self, name)}")
+        if self.max_tilt > self.fall_tilt:
+            raise UserInputError(f"max_tilt must be at most fall_tilt, {self.fall_tilt:g} rad, not {self.max_tilt:g} rad")
 
 
 def tilt(state: RobotState) -> float:

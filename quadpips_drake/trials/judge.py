@@ -4,31 +4,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.terrain.terrain import GOAL_TOLERANCE, Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.robot_state import RobotState
 
 
-@dataclass
+@configuration
 class JudgeConfig:
     """Limits of a trial."""
 
-    goal_tolerance: float = GOAL_TOLERANCE
+    goal_tolerance: float = ranged(GOAL_TOLERANCE, 0.001, 100.0)
     """Distance of the torso to the goal in xy that counts as reached [m]."""
-    goal_hold_time: float = 0.5
+    goal_hold_time: float = ranged(0.5, 0.0, 1000.0)
     """How long the torso must stay there, upright [s]."""
-    max_tilt: float = 0.8
+    max_tilt: float = ranged(0.8, 0.01, 3.2)
     """Roll or pitch beyond which the robot has fallen [rad]."""
-    max_foot_drop: float = 0.15
+    max_foot_drop: float = ranged(0.15, 0.001, 100.0)
     """A foot this far below the terrain elements around it has left the terrain [m]."""
-
-    def __post_init__(self):
-        for name in ("goal_tolerance", "max_tilt", "max_foot_drop"):
-            if not getattr(self, name) > 0:
-                raise UserInputError(f"judge.{name} must be positive")
-        if not self.goal_hold_time >= 0:
-            raise UserInputError("judge.goal_hold_time must not be negative")
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,13 @@
 
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.compiling import work_clock
+from quadpips_drake.configuration.schema import MAX_DURATION, MAX_SEED, configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.interruption import check as check_interruption
 from quadpips_drake.timing import StageTimings
@@ -20,41 +21,38 @@ _START_STREAM = 1
 PROGRESS_PERIOD = 0.5
 """Between two entries of result.json's progress [s]."""
 
+MAX_SAMPLES = 300_000
+"""Longest log: a sample takes some 3 kB of memory."""
 
-@dataclass
+
+@configuration
 class SimulationConfig:
     """What every trial needs to know."""
 
     robot: str = "anymal_c"
+    """Name of a robot."""
     terrain: str = "flat"
     """Name in the library, or path of a terrain file."""
-    seed: int = 0
-    start: list[float] = field(default_factory=list)
+    seed: int = ranged(0, 0, MAX_SEED)
+    """Of all that is random."""
+    start: list[float] = ranged([], -1000.0, 1000.0, lengths=(0, 3))
     """x, y [m], yaw [rad]; empty: the terrain's own start."""
-    start_position_noise: float = 0.05
+    start_position_noise: float = ranged(0.05, 0.0, 1.0)
     """The seed moves the terrain's own start by up to this much in x and y [m]; a start that was asked for stays."""
-    start_yaw_noise: float = 0.05
+    start_yaw_noise: float = ranged(0.05, 0.0, 1.0)
     """... and turns it by up to this much [rad]."""
-    duration: float = 60.0
+    duration: float = ranged(60.0, 0.001, MAX_DURATION)
     """Longest simulated time [s]."""
-    log_rate: float = 100.0
+    log_rate: float = ranged(100.0, 1.0, 1000.0)
     """Samples per simulated second in log.npz and for the judge [Hz]."""
     judge: JudgeConfig = field(default_factory=JudgeConfig)
 
     def __post_init__(self):
-        if self.start and len(self.start) != 3:
-            raise UserInputError("start must be X,Y,YAW (m, m, rad)")
-        if not np.isfinite(self.start).all():
-            raise UserInputError("start must consist of finite numbers")
-        for name in ("start_position_noise", "start_yaw_noise"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise UserInputError(f"{name} must be between 0 and 1")
-        if not (np.isfinite(self.duration) and self.duration > 0):
-            raise UserInputError("duration must be a positive number of seconds")
-        if self.seed < 0:
-            raise UserInputError("seed must not be negative")
-        if not 1 <= self.log_rate <= 1000:
-            raise UserInputError("log_rate must be between 1 and 1000 Hz")
+        if self.duration * self.log_rate > MAX_SAMPLES:
+            raise UserInputError(
+                f"duration x log_rate must be at most {MAX_SAMPLES} samples of the log, "
+                f"not {self.duration:g} s x {self.log_rate:g} Hz; lower log_rate"
+            )
 
 
 BREAKDOWNS = (Exception, SystemExit)

@@ -1,10 +1,10 @@
 """One trial: a robot, a terrain, a planner and a seed, simulated until the judge says that it is over."""
 
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.diagrams.planners import planners
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram, stages_type
 from quadpips_drake.errors import UserInputError
@@ -22,16 +22,17 @@ from quadpips_drake.trials.trial_options import default_stages
 from quadpips_drake.trials.world import world_of
 
 
-@dataclass
+@configuration
 class TrialConfig(SimulationConfig):
     """Everything that decides a trial; saved as config.yaml."""
 
     terrain: str = "stepping_stones"
     """Name in the library, or path of a terrain file."""
     planner: str = "quadpips"
-    goal: list[float] = field(default_factory=list)
+    """Name of the planner."""
+    goal: list[float] = ranged([], -1000.0, 1000.0, lengths=(0, 2))
     """x, y [m]; empty: the terrain's own goal."""
-    stages: QuadpipsConfig = None
+    stages: QuadpipsConfig | None = None
     """All stages; default: for ``robot``, with the sections that planner, region source and state estimator need."""
 
     @staticmethod
@@ -55,10 +56,6 @@ class TrialConfig(SimulationConfig):
         planners.get(self.planner)
         if self.stages is None:
             self.stages = default_stages(self.stages_type(self.planner), self.robot)
-        if self.goal and len(self.goal) != 2:
-            raise UserInputError("goal must be X,Y (m)")
-        if not np.isfinite(self.goal).all():
-            raise UserInputError("goal must consist of finite numbers")
 
 
 class Trial(SimulatedTrial):

@@ -1,15 +1,16 @@
 """A walk by velocity command: simulated until the robot falls or the time is up."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import numpy as np
 
+from quadpips_drake.configuration.schema import MAX_DURATION, configuration, ranged
 from quadpips_drake.control.references.velocity_reference import VelocityWalk
 from quadpips_drake.control.references.walk_command import WalkCommand, check_commands
 from quadpips_drake.diagrams.walk import WalkConfig, WalkDiagram
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.faults.push_system import Push, check_pushes, force_at
+from quadpips_drake.faults.push_system import Push, force_at
 from quadpips_drake.gaits.gaits import gait_number, load_gait
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.placement import problem_with_start
@@ -26,21 +27,23 @@ from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
 from quadpips_drake.trials.world import world_of
 
 
-@dataclass
+@configuration
 class WalkTrialConfig(SimulationConfig):
     """Everything that decides a walk; saved as config.yaml."""
 
     gait: str = "trot"
-    velocity: list[float] = field(default_factory=lambda: [0.3, 0.0, 0.0])
+    """Name of the gait that it begins with."""
+    velocity: list[float] = ranged([0.3, 0.0, 0.0], -100.0, 100.0)
     """Forward, left [m/s], yaw rate [rad/s] in the robot's heading frame."""
-    settle_time: float = 0.5
+    settle_time: float = ranged(0.5, 0.0, MAX_DURATION)
     """How long the robot stands before the walk begins [s]."""
-    duration: float = 10.0
+    duration: float = ranged(10.0, 0.001, MAX_DURATION)
     """Simulated time [s]."""
     changes: list[WalkCommand] = field(default_factory=list)
     """Other gaits and velocities later on."""
     pushes: list[Push] = field(default_factory=list)
-    stages: WalkConfig = None
+    """Forces on the base at set times."""
+    stages: WalkConfig | None = None
     """All stages; default: for ``robot``."""
 
     @staticmethod
@@ -57,10 +60,7 @@ class WalkTrialConfig(SimulationConfig):
         super().__post_init__()
         if self.stages is None:
             self.stages = default_stages(WalkConfig, self.robot)
-        if not self.settle_time >= 0.0:
-            raise UserInputError("settle_time must not be negative")
         check_commands(self.commands)
-        check_pushes(self.pushes)
 
     @property
     def commands(self) -> list[WalkCommand]:

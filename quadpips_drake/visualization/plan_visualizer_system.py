@@ -7,7 +7,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import EventStatus, LeafSystem
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.framework.ports import declare_input
 from quadpips_drake.values.images import AffordanceImage
 from quadpips_drake.values.immutable import ImmutableValue
@@ -25,26 +25,20 @@ from quadpips_drake.visualization.plan_meshes import (
 )
 
 
-@dataclass
+@configuration
 class PlanVisualizerConfig:
     """How often is drawn, and whether earlier drawings stay for a recording."""
 
-    period: float = 0.03125
+    period: float = ranged(0.03125, 0.001, 1000.0)
     """Time between looks at the inputs [s]."""
-    region_period: float = 1.0
+    region_period: float = ranged(1.0, 0.001, 1000.0)
     """Least time between two drawings of regions while the plan stays the same [s]; each costs some 50 kB of recording."""
-    label_period: float = 1.0
+    label_period: float = ranged(1.0, 0.001, 1000.0)
     """Least time between two drawings of labels [s]; each costs up to 100 kB of recording."""
-    label_stride: int = 10
+    label_stride: int = ranged(10, 1, 4096)
     """Every how many rows and columns of the image a label is drawn [pixels]."""
     keep_history: bool = True
     """Whether what is out of date is hidden (a recording can show it again) or deleted."""
-
-    def __post_init__(self):
-        if not self.period > 0 or not self.region_period > 0:
-            raise UserInputError("plan_visualizer: period and region_period must be above 0 s")
-        if not self.label_period > 0 or not self.label_stride >= 1:
-            raise UserInputError("plan_visualizer: label_period must be above 0 s and label_stride at least 1")
 
 
 @dataclass(frozen=True, eq=False)

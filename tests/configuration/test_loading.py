@@ -1,6 +1,5 @@
 """Layers of configuration: what they make together, and what is said when one is wrong."""
 
-import dataclasses
 from dataclasses import field
 
 import pytest
@@ -10,7 +9,7 @@ from quadpips_drake.configuration.loading import load_config, save_config
 from quadpips_drake.configuration.schema import config_keys, configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_library import robot_defaults_layer, robot_names
-from tests.source_tree import package_modules
+from tests.configuration.catalogue import configuration_classes
 
 
 @configuration
@@ -192,19 +191,6 @@ def test_a_layer_moves_below_a_key():
 
 def test_keys_are_listed():
     assert config_keys(RootConfig)[-1] == "stages.swing.weights"
-
-
-def configuration_classes() -> list[type]:
-    """Every configuration class of the package."""
-    return sorted(
-        {
-            member
-            for module in package_modules()
-            for name, member in vars(module).items()
-            if name.endswith("Config") and dataclasses.is_dataclass(member) and member.__module__ == module.__name__
-        },
-        key=lambda cls: cls.__qualname__,
-    )
 
 
 def test_every_configuration_of_the_package_survives_saving_and_loading(tmp_path):

@@ -1,35 +1,39 @@
 """Settings of the MPC."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError, unknown_name
-from quadpips_drake.framework.stage_config import StageConfig
+from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig
 
 GRIDS = ("graded", "uniform")
 
+MAX_INTERVALS = 200
+"""Longest grid: a solve takes some 0.5 ms per interval."""
 
-@dataclass
+
+@configuration
 class MpcConfig(StageConfig):
     """Rate and horizon of the MPC, and what it does when it fails."""
 
-    rate: float = 50.0
+    rate: float = stage_rate(50.0)
     """How often it solves [Hz] (QuadPiPS: 50)."""
 
-    horizon: float = 1.0
+    horizon: float = ranged(1.0, 0.1, 5.0)
     """Length [s] (QuadPiPS: 1.0)."""
     grid: str = "graded"
     """graded: ``intervals`` that grow geometrically from ``first_interval``; uniform: steps of ``uniform_interval``."""
-    intervals: int = 22
+    intervals: int = ranged(22, 2, MAX_INTERVALS)
     """Number of intervals of the graded grid [1]."""
-    first_interval: float = 0.02
+    first_interval: float = ranged(0.02, 0.001, 1.0)
     """Length of the first interval of the graded grid [s]."""
-    uniform_interval: float = 0.015
+    uniform_interval: float = ranged(0.015, 0.001, 1.0)
     """Length of the intervals of the uniform grid [s] (QuadPiPS: 0.015, 67 of them)."""
-    max_consecutive_failures: int = 10
+    max_consecutive_failures: int = ranged(10, 0, 1_000_000)
     """After so many failed solves in a row the reference is dropped for standing [1]."""
     ocp: OcpConfig = field(default_factory=OcpConfig)
     """Weights and limits of the optimal control problem."""
@@ -40,14 +44,12 @@ class MpcConfig(StageConfig):
         super().__post_init__()
         if self.grid not in GRIDS:
             raise unknown_name("MPC grid", self.grid, GRIDS)
-        if min(self.horizon, self.first_interval, self.uniform_interval) <= 0.0 or self.intervals < 2:
-            raise UserInputError("mpc needs a positive horizon, first_interval and uniform_interval, and >= 2 intervals")
-        if self.uniform_interval > 0.5 * self.horizon:
-            raise UserInputError("mpc.uniform_interval must be at most half the horizon")
+        if not 2 <= self.horizon / self.uniform_interval <= MAX_INTERVALS:
+            raise UserInputError(
+                f"uniform_interval must be 1/{MAX_INTERVALS} to 1/2 of the horizon, not {self.uniform_interval:g} s"
+            )
         if self.latency >= self.horizon:
-            raise UserInputError(f"mpc.latency must be shorter than the horizon, not {self.latency}")
-        if self.max_consecutive_failures < 0:
-            raise UserInputError("mpc.max_consecutive_failures must not be negative")
+            raise UserInputError(f"latency must be shorter than the horizon, {self.horizon:g} s, not {self.latency:g} s")
 
     def knots(self) -> np.ndarray:
         """Knots of the grid, from 0 to the horizon [s], (N + 1,)."""

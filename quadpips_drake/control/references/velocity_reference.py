@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.control.mpc.mpc_horizon import weight_bearing_inputs
 from quadpips_drake.control.references.ground_plane import GroundPlane, fitted_plane
-from quadpips_drake.errors import UserInputError
-from quadpips_drake.framework.stage_config import StageConfig
+from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.gaits.gait_timeline import GaitTimeline, standing_timeline
 from quadpips_drake.gaits.gaits import Gait, load_gait
 from quadpips_drake.math.angles import wrap_angle
@@ -30,69 +30,49 @@ STANCE = "stance"
 """Name of the gait without swings."""
 
 
-@dataclass
+@configuration
 class VelocityReferenceConfig(StageConfig):
     """How a velocity command becomes a reference."""
 
-    rate: float = 50.0
+    rate: float = stage_rate(50.0)
     """How often it makes a new reference [Hz]."""
 
-    horizon: float = 1.8
+    horizon: float = ranged(1.8, 0.1, 10.0)
     """Length of the reference [s]; longer than the MPC's horizon plus a swing."""
-    sample_time: float = 0.05
+    sample_time: float = ranged(0.05, 0.01, 1.0)
     """Distance of its samples [s]."""
-    start_delay: float = 0.3
+    start_delay: float = ranged(0.3, 0.0, 60.0)
     """From the command to walk to the first lift-off [s]."""
-    change_lead: float = 0.04
+    change_lead: float = ranged(0.04, 0.0, 10.0)
     """When the gait is to change, feet are lifted as planned for so long [s]."""
-    change_pause: float = 0.05
+    change_pause: float = ranged(0.05, 0.0, 10.0)
     """How long all feet stay down between two gaits [s]."""
-    max_acceleration: float = 0.5
+    max_acceleration: float = ranged(0.5, 0.001, 100.0)
     """How fast the commanded velocity is taken up [m/s^2]."""
-    max_yaw_acceleration: float = 1.0
-    """[rad/s^2]"""
-    leash: float = 0.10
+    max_yaw_acceleration: float = ranged(1.0, 0.001, 100.0)
+    """How fast the commanded yaw rate is taken up [rad/s^2]."""
+    leash: float = ranged(0.10, 0.0, 10.0)
     """Largest distance of the reference from the robot [m]."""
-    yaw_leash: float = 0.2
-    """[rad]"""
-    velocity_feedback: float = 1.0
+    yaw_leash: float = ranged(0.2, 0.0, 3.0)
+    """Largest yaw of the reference from the robot's [rad]."""
+    velocity_feedback: float = ranged(1.0, 0.0, 10.0)
     """Raibert's correction of footholds, as part of sqrt(height / gravity) [1]."""
-    foothold_anchor: float = 1.0
+    foothold_anchor: float = ranged(1.0, 0.0, 1.0)
     """Below what feet are placed: 1 the measured base, 0 its reference, and anything in between [1]."""
-    max_correction: float = 0.15
+    max_correction: float = ranged(0.15, 0.0, 1.0)
     """Largest correction of a foothold [m]."""
-    settled_phase: float = 0.8
+    settled_phase: float = ranged(0.8, 0.0, 1.0)
     """Part of a swing after which its foothold is not moved any more, 0..1 [1]: the foot could no longer follow. 1: it moves
     until touch-down."""
-    max_stride_ratio: float = 0.45
+    max_stride_ratio: float = ranged(0.45, 0.01, 2.0)
     """How far a foot may move ahead of its hip and behind it, as part of the hip's height [1]; commands that need more in
     the given gait are scaled down."""
-    ground_filter_time: float = 0.2
+    ground_filter_time: float = ranged(0.2, 0.001, 100.0)
     """Time constant of the estimated height of the ground [s]."""
-    slope_filter_time: float = 0.3
+    slope_filter_time: float = ranged(0.3, 0.001, 100.0, zero=True)
     """Time constant of its estimated slope [s]; 0: the ground is taken as level."""
-    slope_following: float = 1.0
+    slope_following: float = ranged(1.0, 0.0, 1.0)
     """Inclination of the base as part of the ground's, 0..1 [1]."""
-
-    def __post_init__(self):
-        super().__post_init__()
-        for name in ("horizon", "sample_time", "max_acceleration", "max_yaw_acceleration", "ground_filter_time"):
-            if getattr(self, name) <= 0.0:
-                raise UserInputError(f"velocity_reference.{name} must be positive, is {getattr(self, name)}")
-        for name in (
-            "start_delay",
-            "change_lead",
-            "change_pause",
-            "slope_filter_time",
-            "velocity_feedback",
-            "max_correction",
-        ):
-            if getattr(self, name) < 0.0:
-                raise UserInputError(f"velocity_reference.{name} must not be negative, is {getattr(self, name)}")
-        if not 0.0 <= self.settled_phase <= 1.0:
-            raise UserInputError(f"velocity_reference.settled_phase must be 0..1, is {self.settled_phase}")
-        if not 0.0 <= self.slope_following <= 1.0:
-            raise UserInputError(f"velocity_reference.slope_following must be 0..1, is {self.slope_following}")
 
 
 @dataclass(frozen=True, eq=False)

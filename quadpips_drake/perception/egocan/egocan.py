@@ -20,8 +20,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from quadpips_drake.errors import UserInputError
-from quadpips_drake.framework.stage_config import StageConfig
+from quadpips_drake.configuration.schema import configuration, ranged
+from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.perception.egocan import egocan_kernels as kernels
 from quadpips_drake.perception.egocan.ground_memory import (
     GroundMemory,
@@ -36,42 +36,31 @@ from quadpips_drake.values.images import AffordanceImage, EgocanImage
 from quadpips_drake.values.immutable import ImmutableValue
 
 
-@dataclass
+@configuration
 class EgocanConfig(StageConfig):
     """Parameters of the legged egocan."""
 
-    rate: float = 30.0
+    rate: float = stage_rate(30.0)
     """How often an image is taken in [Hz] (QuadPiPS: 30 and more)."""
 
-    v_fov: float = 0.7854
+    v_fov: float = ranged(0.7854, 0.7844, 1.5718)
     """Vertical field of view of the cylinder [rad], 45..90 deg. The cap covers the disc of ground within 2/v_fov camera
     heights of the camera: 2.5 at 45 deg, which reaches behind the hind feet of ANYmal C with its front camera."""
-    cap_size: int = 256
+    cap_size: int = ranged(256, 16, 1024)
     """Width and height of the cap [pixels]."""
-    cap_pixel: float = 0.0135
+    cap_pixel: float = ranged(0.0135, 0.002, 0.1, zero=True)
     """Side of a pixel of the cap [m], which is drawn straight down; 0 draws it along the rays of equation 4."""
-    cylinder_width: int = 256
+    cylinder_width: int = ranged(256, 16, 2048)
     """Columns of the cylinder, over 360 deg [pixels]."""
-    cylinder_height: int = 120
+    cylinder_height: int = ranged(120, 16, 1024)
     """Rows of the cylinder, over v_fov [pixels]."""
-    cylinder_stride: int = 2
+    cylinder_stride: int = ranged(2, 1, 100)
     """Every how many pixels of the depth image a point goes onto the (much coarser) cylinder [pixels]."""
-    max_jump: float = 0.5
+    max_jump: float = ranged(0.5, 0.001, 100.0)
     """The memory is dropped when the camera moves further than this between two images [m]."""
-    max_turn: float = 0.7
+    max_turn: float = ranged(0.7, 0.001, 4.0)
     """The memory is dropped when the base yaws further than this between two images [rad]."""
     ground: GroundMemoryConfig = field(default_factory=GroundMemoryConfig)
-
-    def __post_init__(self):
-        super().__post_init__()
-        if not np.pi / 4 - 1e-3 <= self.v_fov <= np.pi / 2 + 1e-3:
-            raise UserInputError(f"egocan: v_fov must be within 0.785..1.571 rad, got {self.v_fov}")
-        if min(self.cap_size, self.cylinder_width, self.cylinder_height) < 16 or self.cylinder_stride < 1:
-            raise UserInputError("egocan: images need at least 16 pixels a side and a stride of at least 1")
-        if not 0 <= self.cap_pixel <= 0.1:
-            raise UserInputError(f"egocan: cap_pixel must be within 0..0.1 m, got {self.cap_pixel}")
-        if min(self.max_jump, self.max_turn) <= 0:
-            raise UserInputError("egocan: max_jump and max_turn must be positive")
 
     @property
     def cap_focal(self) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception.egocan import ground_kernels as kernels
 from quadpips_drake.perception.egocan.view_kernels import pack_camera
@@ -16,42 +17,34 @@ _FIELDS = ("height", "normal", "label", "votes", "count", "missed")
 """Of GroundMemory: the arrays that scroll, in the order in which the kernels take them."""
 
 
-@dataclass
+@configuration
 class GroundMemoryConfig:
     """Parameters of the remembered ground."""
 
-    cell: float = 0.01
+    cell: float = ranged(0.01, 0.002, 0.1)
     """Side of a cell [m]."""
-    half_extent: float = 1.75
+    half_extent: float = ranged(1.75, 0.02, 50.0)
     """The window reaches this far from the camera in x and y of the world [m]."""
-    blend_height: float = 0.02
+    blend_height: float = ranged(0.02, 0.001, 1.0)
     """New measurements within this distance of the remembered height are averaged with it, others replace it [m]."""
-    layer: float = 0.03
+    layer: float = ranged(0.03, 0.001, 1.0)
     """Points of one image in one cell that are further apart in height than this belong to two surfaces; the higher one
     counts [m]."""
-    see_through: float = 0.04
+    see_through: float = ranged(0.04, 0.001, 1.0)
     """A remembered point is forgotten when the camera sees this much further past it [m]."""
-    trusted_share: float = 0.8
+    trusted_share: float = ranged(0.8, 0.0, 1.0)
     """A surface counts as ground when at least this share of the latest images that show its place measured it; 0: once is
     enough."""
-    assumed_behind: float = 0.8
+    assumed_behind: float = ranged(0.8, 0.0, 50.0)
     """Flat ground is assumed at the start from here behind the base origin [m] ..."""
-    assumed_ahead: float = 1.2
+    assumed_ahead: float = ranged(1.2, 0.0, 50.0)
     """... to here ahead of it, or to where the camera begins to see, whichever is nearer [m]."""
-    assumed_half_width: float = 0.5
+    assumed_half_width: float = ranged(0.5, 0.0, 50.0)
     """... and to this distance to either side [m]. Zero in all three: nothing is assumed."""
 
     def __post_init__(self):
-        if not 0.002 <= self.cell <= 0.1:
-            raise UserInputError(f"egocan: ground.cell must be within 0.002..0.1 m, got {self.cell}")
         if not 10 * self.cell <= self.half_extent <= 500 * self.cell:
-            raise UserInputError(f"egocan: ground.half_extent must be 10 to 500 cells, got {self.half_extent} m")
-        if min(self.blend_height, self.layer, self.see_through) <= 0:
-            raise UserInputError("egocan: ground.blend_height, layer and see_through must be positive")
-        if not 0 <= self.trusted_share <= 1:
-            raise UserInputError(f"egocan: ground.trusted_share must be within 0..1, got {self.trusted_share}")
-        if min(self.assumed_behind, self.assumed_ahead, self.assumed_half_width) < 0:
-            raise UserInputError("egocan: the assumed ground has no negative size; zero turns it off")
+            raise UserInputError(f"half_extent must be 10 to 500 cells of {self.cell:g} m, not {self.half_extent:g} m")
 
     @property
     def cells(self) -> int:

@@ -1,36 +1,31 @@
 """Surface normals from the gradients of a depth image (QuadPiPS section V-A, equations 5-9)."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numba import njit
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import OnDemandStageConfig
 from quadpips_drake.values.sensing import CameraIntrinsics
 
 
-@dataclass
+@configuration
 class NormalConfig(OnDemandStageConfig):
     """Parameters of the normal estimation."""
 
-    min_range: float = 0.1
+    min_range: float = ranged(0.1, 0.001, 100.0)
     """Depth below which a pixel is invalid [m]."""
-    max_range: float = 3.0
+    max_range: float = ranged(3.0, 0.01, 100.0)
     """Depth above which a pixel is invalid [m]."""
-    depth_jump: float = 0.07
+    depth_jump: float = ranged(0.07, 0.001, 10.0)
     """Depth difference of neighbouring pixels above which they do not belong to one surface [m]."""
-    half_window: int = 3
+    half_window: int = ranged(3, 1, 16)
     """Pixels to each side over which a gradient is fitted; 1 is the least, more is smoother against noise [pixels]."""
 
     def __post_init__(self):
         super().__post_init__()
-        if not 0 < self.min_range < self.max_range:
-            raise UserInputError(f"normals: need 0 < min_range < max_range, got {self.min_range} and {self.max_range}")
-        if self.depth_jump <= 0:
-            raise UserInputError(f"normals: depth_jump must be positive, got {self.depth_jump}")
-        if not 1 <= self.half_window <= 16:
-            raise UserInputError(f"normals: half_window must be 1..16, got {self.half_window}")
+        if not self.min_range < self.max_range:
+            raise UserInputError(f"min_range must be below max_range, {self.max_range:g} m, not {self.min_range:g} m")
 
 
 def clean_depth(depth: np.ndarray, config: NormalConfig) -> np.ndarray:

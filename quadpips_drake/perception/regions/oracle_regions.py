@@ -1,11 +1,10 @@
 """The regions that perfect perception would find, from the terrain itself."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import shapely
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
+from quadpips_drake.framework.stage_config import stage_rate
 from quadpips_drake.perception.regions.region_source_config import RegionSourceConfig
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
@@ -15,21 +14,16 @@ _MAX_SPLITS = 3
 """How often a piece of ground that is not convex is quartered."""
 
 
-@dataclass
+@configuration
 class OracleRegionConfig(RegionSourceConfig):
     """Parameters of the regions from ground truth."""
 
-    rate: float = 20.0
+    rate: float = stage_rate(20.0, on_demand=True)
     """How often regions are put out [Hz]; 0: whenever they are read."""
-    cell: float = 0.15
+    cell: float = ranged(0.15, 0.02, 10.0)
     """Wanted side of an inset [m]; faces are cut into cells of about this size."""
-    radius: float = 1.9
+    radius: float = ranged(1.9, 0.1, 20.0)
     """Regions whose centre is within this distance of the base (xy) are known [m]."""
-
-    def __post_init__(self):
-        super().__post_init__()
-        if self.cell < 0.02 or self.radius <= 0:
-            raise UserInputError(f"oracle regions: need cell >= 0.02 m and radius > 0, got {self.cell} and {self.radius}")
 
 
 def regions_from_terrain(terrain: Terrain, foot_radius: float, config: OracleRegionConfig) -> tuple[PlanarRegion, ...]:

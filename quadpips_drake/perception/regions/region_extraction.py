@@ -1,40 +1,30 @@
 """From superpixels to planar convex regions that may carry a foot (QuadPiPS section V-E)."""
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
+from quadpips_drake.framework.stage_config import stage_rate
 from quadpips_drake.perception.regions import region_kernels as kernels
 from quadpips_drake.perception.regions.region_source_config import RegionSourceConfig
 from quadpips_drake.values.images import SuperpixelImage
 from quadpips_drake.values.regions import PlanarRegion, RegionSet
 
 
-@dataclass
+@configuration
 class RegionConfig(RegionSourceConfig):
     """Parameters of the region extraction."""
 
-    rate: float = 0.0
+    rate: float = stage_rate(0.0, on_demand=True)
     """How often regions are extracted [Hz]; 0: whenever they are read (the superpixels set the rate)."""
-    overlap: float = 0.03
+    overlap: float = ranged(0.03, 0.0, 0.2)
     """Insets reach this far beyond their superpixel where there is ground, so that no gaps remain between them [m]."""
-    max_off_plane: float = 0.02
+    max_off_plane: float = ranged(0.02, 0.001, 1.0)
     """A pixel further than this from a region's plane is not ground of that region [m]."""
-    max_speck: int = 2
+    max_speck: int = ranged(2, 0, 10)
     """Holes in the ground that are up to this wide are noise or cracks of the drawing, which no foot falls into [pixels]."""
-    max_vertices: int = 10
+    max_vertices: int = ranged(10, 3, 32)
     """Most vertices of an inset polygon."""
-
-    def __post_init__(self):
-        super().__post_init__()
-        if self.overlap < 0 or self.max_off_plane <= 0:
-            raise UserInputError("regions: overlap must not be negative, max_off_plane positive")
-        if not 0 <= self.max_speck <= 10:
-            raise UserInputError(f"regions: max_speck must be 0..10 pixels, got {self.max_speck}")
-        if self.max_vertices < 3:
-            raise UserInputError(f"regions: max_vertices must be at least 3, got {self.max_vertices}")
 
 
 def extract_regions(superpixels: SuperpixelImage, foot_radius: float, config: RegionConfig) -> RegionSet:

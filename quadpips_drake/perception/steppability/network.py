@@ -5,13 +5,11 @@ QuadPiPS section V-B.7, in small: the backbone is a stack of inverted residuals 
 enters with each 2 x 2 block of pixels folded into channels, so that no layer runs at full resolution.
 """
 
-from dataclasses import dataclass, field
-
 import torch
 from torch import nn
 from torch.nn import functional
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.perception.steppability.features import CHANNELS
 
 CLASSES = ("steppable", "passable", "non_passable")
@@ -20,33 +18,24 @@ STRIDE = 16
 """Images are padded to multiples of this [pixels]."""
 
 
-@dataclass
+@configuration
 class NetworkConfig:
     """Size of the network."""
 
-    stem: int = 32
+    stem: int = ranged(32, 1, 1024)
     """Channels at half resolution."""
-    widths: list[int] = field(default_factory=lambda: [32, 64, 96])
+    widths: list[int] = ranged([32, 64, 96], 1, 1024)
     """Channels at a quarter, an eighth and a sixteenth of the resolution."""
-    blocks: list[int] = field(default_factory=lambda: [2, 4, 6])
+    blocks: list[int] = ranged([2, 4, 6], 1, 32)
     """Inverted residuals at these resolutions."""
-    expansion: int = 3
+    expansion: int = ranged(3, 1, 1024)
     """Channels inside an inverted residual per channel outside."""
-    pyramid: int = 96
+    pyramid: int = ranged(96, 1, 1024)
     """Channels of the atrous spatial pyramid."""
-    rates: list[int] = field(default_factory=lambda: [2, 4, 6])
+    rates: list[int] = ranged([2, 4, 6], 1, 1024)
     """Atrous rates of the pyramid."""
-    decoder: int = 32
+    decoder: int = ranged(32, 1, 1024)
     """Channels of the decoder."""
-
-    def __post_init__(self):
-        numbers = (self.stem, *self.widths, *self.blocks, self.expansion, self.pyramid, *self.rates, self.decoder)
-        if not all(isinstance(n, int) and 1 <= n <= 1024 for n in numbers) or not (
-            len(self.widths) == len(self.blocks) == len(self.rates) == 3
-        ):
-            raise UserInputError("network: needs whole numbers 1..1024, three each of widths, blocks and rates")
-        if max(self.blocks) > 32:
-            raise UserInputError(f"network: needs at most 32 blocks at a resolution, got {max(self.blocks)}")
 
 
 class SteppabilityNetwork(nn.Module):

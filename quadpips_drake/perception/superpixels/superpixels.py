@@ -1,11 +1,11 @@
 """Over-segmentation of the egocan's floor cap into planar superpixels (QuadPiPS section V-D, equations 10-14)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from quadpips_drake.errors import UserInputError
-from quadpips_drake.framework.stage_config import OnDemandStageConfig
+from quadpips_drake.configuration.schema import MAX_SEED, configuration, ranged
+from quadpips_drake.framework.stage_config import OnDemandStageConfig, stage_rate
 from quadpips_drake.perception.superpixels import superpixel_kernels as kernels
 from quadpips_drake.perception.superpixels.superpixel_health import check_health
 from quadpips_drake.perception.superpixels.superpixel_tracking import (
@@ -21,59 +21,46 @@ _ALLOWED = np.isin(np.arange(256), (Steppability.UNKNOWN, Steppability.STEPPABLE
 """Labels on which a foot may stand; UNKNOWN does not forbid: without labels, ground is judged by its geometry."""
 
 
-@dataclass
+@configuration
 class SuperpixelConfig(OnDemandStageConfig):
     """Parameters of the health check and of the clustering."""
 
-    rate: float = 20.0
+    rate: float = stage_rate(20.0, on_demand=True)
     """How often the cap is segmented [Hz] (QuadPiPS: 20); 0: whenever it is read, each image by itself."""
-    num_superpixels: int = 175
+    num_superpixels: int = ranged(175, 1, 2000)
     """Clusters wanted on a full cap, k_des; sets the grid step s = sqrt(pixels / k_des) [pixels]."""
-    iterations: int = 5
+    iterations: int = ranged(5, 1, 100)
     """Rounds of assignment and update."""
-    warm_iterations: int = 2
+    warm_iterations: int = ranged(2, 0, 100)
     """Rounds when the clusters of the last frame are there to begin with; 0 begins afresh with every frame."""
-    max_jump: float = 0.5
+    max_jump: float = ranged(0.5, 0.001, 100.0)
     """The last frame is forgotten when the camera moves further than this between two frames [m]."""
-    max_turn: float = 0.7
+    max_turn: float = ranged(0.7, 0.001, 4.0)
     """The last frame is forgotten when the base yaws further than this between two frames [rad]."""
-    weight_normal: float = 25.0
+    weight_normal: float = ranged(25.0, 0.0, 1e6)
     """w_n of equation 10, for 1 - n_c . n with a scale of 2."""
-    weight_plane: float = 100.0
+    weight_plane: float = ranged(100.0, 0.0, 1e6)
     """w_p of equation 10 [1/m], for the distance to the cluster's plane."""
-    weight_world: float = 25.0
+    weight_world: float = ranged(25.0, 0.0, 1e6)
     """w_w of equation 10 [1/m], for the distance to the cluster's centre."""
-    weight_compact: float = 0.0
+    weight_compact: float = ranged(0.0, 0.0, 1e6)
     """w_c of equation 10, for the distance in the image with a scale of sqrt(2) s."""
-    min_upward: float = 0.86
+    min_upward: float = ranged(0.86, 0.01, 1.0)
     """Least component of a healthy pixel's normal against gravity; 0.86 is a slope of 30.7 deg."""
-    max_depth: float = 1.2
+    max_depth: float = ranged(1.2, 0.01, 10.0)
     """Greatest height of the camera above a healthy pixel [m]."""
-    max_step: float = 0.015
+    max_step: float = ranged(0.015, 0.001, 1.0)
     """Neighbouring pixels that are further apart than this along the normal are not connected [m]."""
-    min_pixels: int = 16
+    min_pixels: int = ranged(16, 3, 10_000)
     """Smallest superpixel [pixels]."""
-    ransac_iterations: int = 25
+    ransac_iterations: int = ranged(25, 0, 1000)
     """Planes tried for each cluster; 0 takes the mean normal."""
-    ransac_samples: int = 10
+    ransac_samples: int = ranged(10, 3, 100)
     """Points for each plane tried."""
-    ransac_threshold: float = 0.01
+    ransac_threshold: float = ranged(0.01, 1e-4, 1.0)
     """Greatest distance of an inlier from the plane [m]."""
-    seed: int = 1
+    seed: int = ranged(1, 0, MAX_SEED)
     """Of the random choice of samples."""
-
-    def __post_init__(self):
-        super().__post_init__()
-        if self.num_superpixels < 1 or self.iterations < 1 or self.min_pixels < 3:
-            raise UserInputError("superpixels: need num_superpixels >= 1, iterations >= 1 and min_pixels >= 3")
-        if self.warm_iterations < 0 or min(self.max_jump, self.max_turn) <= 0:
-            raise UserInputError("superpixels: need warm_iterations >= 0, and max_jump and max_turn above zero")
-        if not 0 < self.min_upward <= 1:
-            raise UserInputError(f"superpixels: min_upward must be within (0, 1], got {self.min_upward}")
-        if min(self.max_depth, self.max_step, self.ransac_threshold) <= 0:
-            raise UserInputError("superpixels: max_depth, max_step, ransac_threshold must be positive")
-        if self.ransac_iterations < 0 or self.ransac_samples < 3:
-            raise UserInputError("superpixels: need ransac_iterations >= 0 and ransac_samples >= 3")
 
 
 def cap_points(can: EgocanImage) -> np.ndarray:

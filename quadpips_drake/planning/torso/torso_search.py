@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.framework.stage_config import StageConfig
+from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.region_table import in_convex_polygon, may_carry_a_foot
 from quadpips_drake.planning.torso.support_map import SupportMap, ground_penalty, make_support_map
@@ -16,63 +17,58 @@ from quadpips_drake.values.plans import TorsoPath
 from quadpips_drake.values.regions import RegionSet
 
 
-@dataclass
+@configuration
 class TorsoConfig(StageConfig):
     """Settings of the torso search (QuadPiPS section VI-B); the defaults suit ANYmal C."""
 
-    rate: float = 30.0
+    rate: float = stage_rate(30.0)
     """How often it looks for a new request [Hz] (QuadPiPS: 30)."""
 
-    planning_radius: float = 6.0
+    planning_radius: float = ranged(6.0, 0.1, 50.0)
     """Regions further away than this from the robot are left out [m]."""
-    node_spacing: float = 0.20
+    node_spacing: float = ranged(0.20, 0.05, 10.0)
     """A region larger than this carries several nodes, in a grid of this spacing [m]."""
-    yaw_count: int = 16
+    yaw_count: int = ranged(16, 4, 72)
     """Number of yaws on the full circle; one of them points at the goal."""
-    max_edge_length: float = 0.36
+    max_edge_length: float = ranged(0.36, 0.01, 2.0)
     """Longest edge of the graph [m]."""
-    max_bridge_length: float = 0.70
+    max_bridge_length: float = ranged(0.70, 0.0, 2.0)
     """Two points of the ground at most this far apart, with none in the middle, give a node above the gap [m]."""
-    max_edge_yaw: float = 0.80
+    max_edge_yaw: float = ranged(0.80, 0.01, 6.3)
     """Largest change of yaw along an edge [rad] (pi / 4 in the release)."""
-    start_radius: float = 1.0
+    start_radius: float = ranged(1.0, 0.0, 10.0)
     """The robot's pose is joined to the nodes within this distance [m]; a camera in front does not see what it stands on."""
-    yaw_weight: float = 0.4
+    yaw_weight: float = ranged(0.4, 0.0, 1000.0)
     """Cost of turning [m/rad] (1 in the paper)."""
-    heading_weight: float = 2.0
+    heading_weight: float = ranged(2.0, 0.0, 1000.0)
     """Extra cost of moving sideways or backward, per metre: up to this much."""
-    leg_radius: float = 0.22
+    leg_radius: float = ranged(0.22, 0.001, 5.0)
     """A pose is left out unless each leg has steppable ground within this distance of its nominal foothold [m]."""
-    free_miss: float = 0.04
+    free_miss: float = ranged(0.04, 0.0, 5.0)
     """A foothold that far from steppable ground costs nothing [m]: the seams between the insets of neighbouring regions."""
-    max_height_difference: float = 0.30
+    max_height_difference: float = ranged(0.30, 0.0, 10.0)
     """... at a height that differs by no more than this from the ground under the base [m]."""
-    support_weight: float = 3.0
+    support_weight: float = ranged(3.0, 0.0, 1000.0)
     """Extra cost of poses whose nominal footholds miss the ground, per metre, when the mean miss is ``leg_radius``."""
-    max_slope: float = 0.60
+    max_slope: float = ranged(0.60, 0.0, 1.5)
     """Steepest region that counts as ground [rad]."""
-    min_progress: float = 0.10
+    min_progress: float = ranged(0.10, 0.0, 10.0)
     """A path must end at least this much nearer to the goal than it starts [m]."""
-    goal_snap: float = 0.15
+    goal_snap: float = ranged(0.15, 0.0, 10.0)
     """A goal within this distance of steppable ground is a node of its own [m]."""
-    max_yaw_rate: float = 1.2
+    max_yaw_rate: float = ranged(1.2, 0.01, 1000.0)
     """Fastest turning of the path while it moves [rad/m]; sharper turns are made in place."""
-    pose_spacing: float = 0.10
+    pose_spacing: float = ranged(0.10, 0.01, 10.0)
     """Distance between the poses of the path [m]."""
-    max_expansions: int = 20000
+    max_expansions: int = ranged(20000, 1, 10_000_000)
     """Most expanded nodes."""
     assume_start_ground: bool = True
     """Whether the ground between the feet is taken for granted at the first request if no foot has a region under it."""
-    start_ground_margin: float = 0.10
+    start_ground_margin: float = ranged(0.10, 0.0, 10.0)
     """How far that ground reaches beyond the feet [m]."""
 
     def __post_init__(self):
         super().__post_init__()
-        for name in ("planning_radius", "node_spacing", "max_edge_length", "max_edge_yaw", "leg_radius", "pose_spacing"):
-            if not getattr(self, name) > 0.0:
-                raise UserInputError(f"{name} must be positive, not {getattr(self, name)}")
-        if self.yaw_count < 4:
-            raise UserInputError(f"yaw_count must be at least 4, not {self.yaw_count}")
         if 2.0 * np.pi / self.yaw_count > self.max_edge_yaw:
             raise UserInputError("max_edge_yaw must be at least one yaw step, 2 pi / yaw_count")
 

@@ -1,12 +1,12 @@
 """From a foothold plan to a whole-body reference: a chain of swing optimisations (QuadPiPS section VI-D)."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from quadpips_drake.compiling import work_clock
-from quadpips_drake.errors import UserInputError
-from quadpips_drake.framework.stage_config import StageConfig
+from quadpips_drake.configuration.schema import configuration, ranged
+from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.optimal_control_problem import OcpConfig, OptimalControlProblem
@@ -21,11 +21,11 @@ from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
 from quadpips_drake.values.swing_plan import SwingPlan, SwingReport
 
 
-@dataclass
+@configuration
 class SwingOptimizerConfig(StageConfig):
     """How swings are optimised."""
 
-    rate: float = 50.0
+    rate: float = stage_rate(50.0)
     """How often it looks for a new foothold plan [Hz]."""
 
     ocp: OcpConfig = field(default_factory=lambda: OcpConfig(friction=0.6, swing_error_gain=20.0))
@@ -34,25 +34,20 @@ class SwingOptimizerConfig(StageConfig):
     """Shape of the swings."""
     target: TargetConfig = field(default_factory=TargetConfig)
     """How target configurations are found."""
-    time_step: float = 0.01
+    time_step: float = ranged(0.01, 0.002, 0.1)
     """Distance of knots [s]."""
-    max_iterations: int = 25
+    max_iterations: int = ranged(25, 1, 200)
     """SQP iterations for one swing [-]."""
-    tolerance: float = 1e-4
+    tolerance: float = ranged(1e-4, 1e-9, 1.0)
     """Convergence tolerance of the SQP [-]."""
-    max_landing_error: float = 0.04
+    max_landing_error: float = ranged(0.04, 0.0, 10.0)
     """A foot that lands farther from its foothold [m] ends the plan before that swing."""
-    max_violation: float = 1e-2
+    max_violation: float = ranged(1e-2, 0.0, 1e3)
     """An unconverged solution with less constraint violation than this is still used [-]."""
-    refinement_iterations: int = 1
+    refinement_iterations: int = ranged(1, 0, 50)
     """SQP iterations over the whole plan at once, after its swings; 0 leaves the swings as they are [-]."""
     carry_momentum: bool = True
     """Whether the base keeps moving from swing to swing, at the mean velocity of the neighbouring stances; else it stops."""
-
-    def __post_init__(self):
-        super().__post_init__()
-        if self.time_step <= 0 or self.max_iterations < 1 or self.tolerance <= 0:
-            raise UserInputError("swing optimiser: time_step and tolerance must be > 0, max_iterations >= 1")
 
 
 class SwingOptimizer:

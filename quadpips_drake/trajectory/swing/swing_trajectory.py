@@ -1,10 +1,8 @@
 """The path of a swinging foot: two quintic pieces over an apex (OCS2's swing planner as used by QuadPiPS, section VI-D)."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.trajectory.swing.swing_kernels import (
     APEX_PART,
     clearing_pieces,
@@ -20,26 +18,20 @@ _RISE_LIMIT = 2.0
 """An apex rises by at most so many times its height to clear the ground."""
 
 
-@dataclass
+@configuration
 class SwingConfig:
     """Shape of swings; defaults as in the authors' release."""
 
-    apex_height: float = 0.08
+    apex_height: float = ranged(0.08, 0.0, 1.0)
     """Height of the apex over the line from lift-off to touch-down [m]."""
-    liftoff_velocity: float = 0.2
+    liftoff_velocity: float = ranged(0.2, 0.0, 10.0)
     """Velocity along the normal when the foot leaves [m/s]."""
-    touchdown_velocity: float = -0.4
+    touchdown_velocity: float = ranged(-0.4, -10.0, 0.0)
     """Velocity along the normal when the foot lands [m/s]."""
-    time_scale: float = 0.15
+    time_scale: float = ranged(0.15, 0.001, 10.0)
     """Swings shorter than this [s] have their apex and end velocities scaled down in proportion."""
-    clearance: float = 0.02
+    clearance: float = ranged(0.02, 0.0, 1.0)
     """Least distance to the ground between the ends, where the way there is known or expected [m]."""
-
-    def __post_init__(self):
-        if min(self.apex_height, self.clearance) < 0 or self.time_scale <= 0:
-            raise UserInputError("swing.apex_height and swing.clearance must be >= 0 and swing.time_scale > 0")
-        if self.liftoff_velocity < 0 or self.touchdown_velocity > 0:
-            raise UserInputError("swing.liftoff_velocity must be >= 0 and swing.touchdown_velocity <= 0")
 
 
 class SwingSpline:

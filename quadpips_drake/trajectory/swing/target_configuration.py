@@ -4,29 +4,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quadpips_drake.errors import UserInputError
+from quadpips_drake.configuration.schema import MAX_SEED, configuration, ranged
 from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import Stance
 
 
-@dataclass
+@configuration
 class TargetConfig:
     """How a base pose is looked for from which all feet reach their footholds."""
 
-    samples: int = 25
+    samples: int = ranged(25, 1, 1000)
     """Base poses that are tried, the nominal one first [-]."""
-    horizontal_range: float = 0.075
+    horizontal_range: float = ranged(0.075, 0.0, 1.0)
     """Samples are moved by up to this in x and y [m]."""
-    vertical_range: float = 0.05
+    vertical_range: float = ranged(0.05, 0.0, 1.0)
     """Samples are moved by up to this in z [m]."""
-    seed: int = 0
+    seed: int = ranged(0, 0, MAX_SEED)
     """Of the sampling."""
-
-    def __post_init__(self):
-        if self.samples < 1 or self.horizontal_range < 0 or self.vertical_range < 0:
-            raise UserInputError("target: samples must be >= 1, the ranges >= 0")
 
 
 @dataclass(frozen=True, eq=False)
