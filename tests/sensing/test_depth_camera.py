@@ -59,7 +59,7 @@ def test_default_camera_is_the_published_one():
 
 @pytest.mark.parametrize("bad", [{"width": 0}, {"horizontal_fov": 3.5}, {"rate": 0.0}, {"min_range": 2.0, "max_range": 1.0}])
 def test_bad_camera(bad):
-    with pytest.raises(UserInputError, match="camera: "):
+    with pytest.raises(UserInputError, match=f"{next(iter(bad))} must be "):
         DepthCameraConfig(**bad)
 
 
@@ -131,5 +131,5 @@ def test_noise_system_passes_the_image_on():
 
 @pytest.mark.parametrize("bad", [{"sigma": -0.1}, {"sigma_growth": 2.0}, {"dropout": 1.5}])
 def test_bad_noise(bad):
-    with pytest.raises(UserInputError, match="depth_noise: "):
+    with pytest.raises(UserInputError, match=f"{next(iter(bad))} must be "):
         DepthNoiseConfig(**bad)

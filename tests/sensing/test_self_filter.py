@@ -155,5 +155,5 @@ def nominal_state(robot):
 
 @pytest.mark.parametrize("bad", [{"margin": -0.01}, {"margin_growth": 1.0}])
 def test_bad_config(bad):
-    with pytest.raises(UserInputError, match="self_filter: "):
+    with pytest.raises(UserInputError, match=f"{next(iter(bad))} must be "):
         SelfFilterConfig(**bad)

@@ -93,7 +93,7 @@ class FootholdConfig(StageConfig):
     """Most expanded nodes for one waypoint."""
     max_children: int = ranged(24, 1, 1000)
     """Most children kept of one expansion, the best by cost plus cost-to-go."""
-    time_limit: float = ranged(math.inf, 0.001, math.inf)
+    time_limit: float = ranged(math.inf, 1e-9, math.inf)
     """Most wall-clock time of a search [s]. A finite one makes results depend on the machine; hits are reported."""
 
     def __post_init__(self):

@@ -81,7 +81,7 @@ class OcpConfig:
     """Largest change of a pose coordinate or joint in one real-time iteration [m, rad]; larger steps are scaled down."""
     solver: str = "piqp"
     """Back-end for the quadratic programs, see quadpips_drake.solvers.registry."""
-    qp_tolerance: float = ranged(1e-5, 1e-10, 1.0)
+    qp_tolerance: float = ranged(1e-5, 1e-15, 1.0)
     """Tolerance on the residuals of the quadratic programs [-]."""
 
     def __post_init__(self):

@@ -38,7 +38,7 @@ class SwingOptimizerConfig(StageConfig):
     """Distance of knots [s]."""
     max_iterations: int = ranged(25, 1, 200)
     """SQP iterations for one swing [-]."""
-    tolerance: float = ranged(1e-4, 1e-9, 1.0)
+    tolerance: float = ranged(1e-4, 1e-15, 1.0)
     """Convergence tolerance of the SQP [-]."""
     max_landing_error: float = ranged(0.04, 0.0, 10.0)
     """A foot that lands farther from its foothold [m] ends the plan before that swing."""

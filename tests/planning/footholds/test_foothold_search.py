@@ -219,5 +219,5 @@ def test_bad_settings_are_refused():
         FootholdConfig(gait="gallop")
     with pytest.raises(UserInputError, match="nearest"):
         FootholdConfig(candidate="best")
-    with pytest.raises(UserInputError, match="three numbers"):
+    with pytest.raises(UserInputError, match="must have 3 items, not 1"):
         FootholdConfig(reach_semi_axes=[1.0])
