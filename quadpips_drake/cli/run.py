@@ -15,6 +15,7 @@ from quadpips_drake.cli.trials import (
     Seed,
     Sets,
     Start,
+    resolve,
     run_and_report,
     watched_from,
 )
@@ -89,11 +90,11 @@ def run(
 
 
 def resolve_trial_config(scenario: Path | None, options: dict, sets: list[str]):
-    """Returns the TrialConfig that scenario file, options and overrides make together; see ``resolve_config``."""
+    """Returns the TrialConfig that scenario file, options and overrides make together; see ``resolve``."""
     from quadpips_drake.trials.trial import TrialConfig
-    from quadpips_drake.trials.trial_options import resolve_config
+    from quadpips_drake.trials.walk_trial import WalkTrialConfig
 
-    return resolve_config(TrialConfig, scenario, options, sets)
+    return resolve(TrialConfig, WalkTrialConfig, "walk", scenario, options, sets)
 
 
 def default_directory(config) -> Path:

@@ -10,6 +10,7 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn
 
 from quadpips_drake.cli import console
+from quadpips_drake.errors import UserInputError
 
 # Options that mean the same with every command that simulates.
 Scenario = Annotated[
@@ -115,6 +116,37 @@ def run_and_report(
         console.say(f"recording: {out / 'recording.html'} (open it in a browser)")
     console.say(f"result:    {out / 'result.json'}")
     return console.SUCCESS if result.success else console.FAILURE
+
+
+def resolve(schema: type, other: type, command: str, scenario: Path | None, options: dict, sets: list[str]):
+    """Returns the configuration that scenario file, options and overrides make together; see ``resolve_config``.
+
+    Args:
+        schema: TrialConfig or WalkTrialConfig.
+        other: the other one of them.
+        command: for which files of that kind are.
+        scenario: YAML file, or None.
+        options: top-level keys of the schema.
+        sets: texts of the form key=value.
+
+    Raises:
+        UserInputError: something in them is unknown or of the wrong type, or the file is one of the other kind.
+    """
+    from quadpips_drake.trials.trial_options import resolve_config
+
+    def is_for(kind: type) -> bool:
+        try:
+            resolve_config(kind, scenario, {}, [])
+        except UserInputError:
+            return False
+        return True
+
+    try:
+        return resolve_config(schema, scenario, options, sets)
+    except UserInputError:
+        if scenario is not None and is_for(other) and not is_for(schema):
+            raise UserInputError(f"{scenario}: this is a configuration for 'quadpips {command}'; use that") from None
+        raise
 
 
 def watched_from(meshcat: bool, host: str | None) -> str | None:

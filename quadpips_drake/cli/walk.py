@@ -15,6 +15,7 @@ from quadpips_drake.cli.trials import (
     Seed,
     Sets,
     Start,
+    resolve,
     run_and_report,
     watched_from,
 )
@@ -98,11 +99,11 @@ def walk(
 
 
 def resolve_walk_config(scenario: Path | None, options: dict, sets: list[str]):
-    """Returns the WalkTrialConfig that scenario file, options and overrides make together; see ``resolve_config``."""
-    from quadpips_drake.trials.trial_options import resolve_config
+    """Returns the WalkTrialConfig that scenario file, options and overrides make together; see ``resolve``."""
+    from quadpips_drake.trials.trial import TrialConfig
     from quadpips_drake.trials.walk_trial import WalkTrialConfig
 
-    return resolve_config(WalkTrialConfig, scenario, options, sets)
+    return resolve(WalkTrialConfig, TrialConfig, "run", scenario, options, sets)
 
 
 def default_directory(config) -> Path:

@@ -1,6 +1,9 @@
 """``quadpips walk``: what is refused and how; what a short walk leaves behind."""
 
 import json
+import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -67,6 +70,55 @@ def test_a_short_walk_leaves_its_files(tmp_path):
         pushed = log["time"][log["push"][:, 0] > 0]
         assert pushed.min() == pytest.approx(0.8)
         assert pushed.max() == pytest.approx(0.89)
+
+
+@pytest.mark.parametrize(
+    ("command", "other", "text"),
+    [
+        ("run", "walk", "gait: trot\nvelocity: [0.3, 0.0, 0.0]\n"),
+        ("run", "walk", "stages: {velocity_reference: {leash: 0.1}}\n"),
+        ("walk", "run", "goal: [1.0, 0.0]\n"),
+    ],
+)
+def test_a_configuration_for_the_other_command_is_called_so(command, other, text, tmp_path):
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text(text)
+    status, _, errors = quadpips(command, scenario)
+    assert status == 2
+    assert errors == f"error: {scenario}: this is a configuration for 'quadpips {other}'; use that\n"
+    scenario.write_text("seed: 1\n")  # fits both
+    status, _, errors = quadpips(command, scenario, "--robot", "spot")
+    assert "unknown robot 'spot'" in errors
+
+
+def test_sigterm_ends_a_walk_with_its_files_though_it_comes_twice(tmp_path):
+    arguments = ["walk", "--robot", "go2", "--duration", "600", "--no-recording", "--out", str(tmp_path)]
+    with subprocess.Popen(
+        [sys.executable, "-m", "quadpips_drake.cli.main", *arguments], stderr=subprocess.PIPE, text=True
+    ) as walk:
+        try:
+            while "of at most" not in (line := walk.stderr.readline()):
+                assert line, "it ended by itself"
+            walk.send_signal(signal.SIGTERM)
+            walk.send_signal(signal.SIGINT)
+            errors = walk.communicate(timeout=60)[1]
+        finally:
+            walk.kill()
+    assert walk.returncode in (130, 143), "whichever the system delivers first"
+    assert f"interrupted; what was simulated so far lies in {tmp_path}: config.yaml, log.npz, result.json" in errors
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert (result["success"], result["reason"]) == (False, "interrupted")
+    with np.load(tmp_path / "log.npz") as log:
+        assert log["time"][-1] == pytest.approx(result["sim_time"], abs=0.011)
+
+
+def test_a_command_beyond_the_legs_is_told(tmp_path):
+    arguments = ["--robot", "go2", "--velocity", "50,0,0", "--duration", "1.0", "--no-recording", "--out", tmp_path]
+    _, output, _ = quadpips("walk", *arguments)
+    assert "50.00, 0.00, 0.00 was asked of trot; the legs allow" in output
+    (command,) = json.loads((tmp_path / "result.json").read_text())["walk"]["commands"]
+    assert command["velocity"] == [50.0, 0.0, 0.0]
+    assert command["feasible_velocity"][0] < 3.0
 
 
 def test_a_saved_walk_can_be_walked_again(tmp_path):
