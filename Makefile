@@ -19,7 +19,7 @@ help:  ## Show this list
 setup: $(STAMP)  ## Build or update .venv (done by the other targets when needed)
 
 run: $(STAMP)  ## ANYmal C crosses stepping stones by its own camera; prints where the recording lies
-	$(BIN)/python -m quadpips_drake.cli.main run $(ARGS)
+	$(BIN)/python -m quadpips_drake.cli.main run --overwrite $(ARGS)
 
 test: lint  ## Lint, format check and all tests
 	$(BIN)/python -m pytest -q --benchmark-disable -n $(WORKERS) --dist loadfile --no-loadscope-reorder $(PYTEST_ARGS)

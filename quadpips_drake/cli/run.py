@@ -31,13 +31,13 @@ Examples:
 
   quadpips run my_scenario.yaml --goal 4,0  a file, one value replaced
 
-  quadpips run OTHER_RUN/config.yaml        the same trial once more
+  quadpips run OTHER_RUN/config.yaml --out AGAIN   the same trial once more
 
   quadpips run --set stages.SECTION.KEY=VALUE
 
 Any value of config.yaml can be set, see docs/configuration.md.
 
-Exit status: 0 goal reached, 1 trial failed, 2 bad input.
+Exit status: 0 goal reached, 1 trial failed, 2 bad input, 130 Ctrl-C, 143 SIGTERM; then all files are written, too.
 """
 
 

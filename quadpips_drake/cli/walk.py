@@ -38,7 +38,7 @@ Examples:
 Gaits: stance, trot, standing_trot, slow_trot, flying_trot, static_walk, standing_walk, dynamic_walk, amble, pace,
 standing_pace.
 
-Exit status: 0 upright at the end, 1 the trial failed, 2 bad input.
+Exit status: 0 upright at the end, 1 the trial failed, 2 bad input, 130 Ctrl-C, 143 SIGTERM; then all files are written, too.
 """
 
 
