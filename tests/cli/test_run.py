@@ -37,7 +37,7 @@ BAD_INPUT = [
     (["--out", ""], ["--out", "empty name"]),
     (["--out", 300 * "x"], ["--out xxx", "name too long"]),
     (["--terrain", "flat", "--meshcat-host", ""], ["Meshcat needs an address", "localhost"]),
-    (["--terrain", "\x1b[31mred"], ["unknown terrain '\\x1b[31mred'"]),
+    (["--terrain", "\x1b[31mred"], ["must be printable text", "'\\x1b[31mred'"]),
 ]
 
 

@@ -18,7 +18,7 @@ BAD_INPUT = [
     (["--velocity", "0.3"], ["--velocity '0.3'", "VX,VY,WZ"]),
     (["--velocity", "fast,0,0"], ["--velocity", "VX,VY,WZ"]),
     (["--push", "100,0,0"], ["--push '100,0,0'", "N,E,W,T0,DT"]),
-    (["--push", "100,0,0,1,0"], ["push", "duration > 0"]),
+    (["--push", "100,0,0,1,0"], ["push", "duration must be"]),
     (["--duration", "-1"], ["duration must be"]),
     (["--start", "100,0,0"], ["start", "off the terrain"]),
     (["--set", "stages.station.model_error.friction=-1"], ["friction"]),

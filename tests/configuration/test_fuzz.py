@@ -16,7 +16,7 @@ from quadpips_drake.configuration.schema import config_keys
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.trials.trial import TrialConfig
 from quadpips_drake.trials.walk_trial import WalkTrialConfig
-from tests.configuration.catalogue import configuration_classes, number_fields
+from tests.configuration.classes import configuration_classes, number_fields
 
 NO_NUMBERS = [math.nan, "many", True, [[1.0]], {}, object(), b"1", 1j, np.array([1.0, 2.0])]
 BEYOND_ALL = [-math.inf, -1e300, -(10**23), 10**23, 10**5000]

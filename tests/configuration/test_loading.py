@@ -9,7 +9,7 @@ from quadpips_drake.configuration.loading import load_config, save_config
 from quadpips_drake.configuration.schema import config_keys, configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_library import robot_defaults_layer, robot_names
-from tests.configuration.catalogue import configuration_classes
+from tests.configuration.classes import configuration_classes
 
 
 @configuration

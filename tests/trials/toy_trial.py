@@ -42,6 +42,7 @@ class ToyTrial(SimulatedTrial):
         diagram = builder.Build()
         diagram.robot = SimpleNamespace(name=config.robot)
         diagram.set_initial_state = lambda context, start: None
+        diagram.station = SimpleNamespace(bring_ground_near=lambda context: None)
         terrain = SimpleNamespace(name=config.terrain, start=np.zeros(3))
         super().__init__(config, terrain, diagram, StageTimings(), judge=None)
 
