@@ -5,14 +5,15 @@ import pytest
 from pydrake.geometry import Role
 from pydrake.systems.analysis import Simulator
 
-from quadpips_drake.diagrams.simulation_station import StationConfig, make_simulation_station, standing_pose
+from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.robots.robot_model import load_robot
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
 from quadpips_drake.terrain import ground_window, plant_builder
 from quadpips_drake.terrain.ground_window import HALF_WIDTH, MAX_STRAY
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.plant_builder import num_collision_shapes
+from quadpips_drake.terrain.standing_pose import standing_pose
 from quadpips_drake.terrain.terrain import MAX_ELEMENTS, Box, Cylinder, Mesh, Terrain, pose
 from quadpips_drake.terrain.triangles import joined_triangles
 from quadpips_drake.terrain.truth import GroundTruth
@@ -41,7 +42,7 @@ def hill(cells: int, size: float) -> Mesh:
 
 def make_station(terrain: Terrain):
     """A Go2 with a small camera."""
-    return make_simulation_station(load_robot("go2"), terrain, StationConfig(camera=DepthCameraConfig(width=64, height=48)))
+    return SimulationStation(load_robot("go2"), terrain, StationConfig(camera=DepthCameraConfig(width=64, height=48)))
 
 
 def standing(terrain: Terrain, start=(0.0, 0.0, 0.0)):
