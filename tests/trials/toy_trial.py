@@ -41,6 +41,7 @@ class ToyTrial(SimulatedTrial):
         builder.AddSystem(ConstantVectorSource([0.0]))
         diagram = builder.Build()
         diagram.robot = SimpleNamespace(name=config.robot)
+        diagram.station = SimpleNamespace(bring_ground_near=lambda context: None)
         diagram.set_initial_state = lambda context, start: None
         diagram.station = SimpleNamespace(bring_ground_near=lambda context: None)
         terrain = SimpleNamespace(name=config.terrain, start=np.zeros(3))

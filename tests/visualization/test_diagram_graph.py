@@ -131,10 +131,13 @@ def picture_wires() -> list[np.ndarray]:
 
 def test_the_picture_in_the_readme_is_up_to_date(quadpips):
     drawn = {name: sorted(texts) for name, (texts, _) in picture_nodes().items()}
+    block = read_block(quadpips, 1)
     expected = {
         part.name: sorted([part.kind, *part.inputs, *part.outputs, *([f"{part.hidden} more"] if part.hidden else [])])
-        for part in read_block(quadpips, 1).parts
+        for part in block.parts
     }
+    assert not block.inputs
+    expected["outputs"] = sorted(block.outputs)
     assert drawn == expected, f"run: {REGENERATE}"
 
 

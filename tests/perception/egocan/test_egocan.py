@@ -162,7 +162,7 @@ def test_old_memory_is_never_written_to():
     assert not memory.ground.height.flags.writeable
 
 
-@pytest.mark.parametrize("bad", [{"v_fov": 0.3}, {"cap_size": 4}, {"period": 0.0}])
+@pytest.mark.parametrize("bad", [{"v_fov": 0.3}, {"cap_size": 4}, {"rate": 0.0}])
 def test_bad_parameters_are_refused(bad):
-    with pytest.raises(UserInputError):
+    with pytest.raises(UserInputError, match=next(iter(bad))):
         EgocanConfig(**bad)
