@@ -9,7 +9,7 @@ from pathlib import Path
 from quadpips_drake.compiling import are_warm, note_warm, on_compiling, remove_broken_kernels
 from quadpips_drake.configuration.loading import save_config
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.files import write_text
+from quadpips_drake.files import replacing, write_text
 from quadpips_drake.interruption import undisturbed
 from quadpips_drake.trials.result import TrialResult, installed_versions
 from quadpips_drake.trials.result_directory import ResultDirectory, why
@@ -93,8 +93,9 @@ def warm_up(kind: Callable, config: SimulationConfig, **options) -> None:
 def _begin(config: SimulationConfig, directory: ResultDirectory) -> None:
     """Puts the configuration in the place of what an earlier trial has left."""
     try:
-        directory.clear()
-        save_config(config, directory.path / "config.yaml")
+        with replacing(directory.path / "config.yaml") as unfinished:
+            save_config(config, unfinished)  # first, so that a full disk deletes nothing
+            directory.clear()
     except OSError as error:
         raise UserInputError(f"--out {directory.path}: cannot write there ({why(error)})") from None
 
@@ -126,20 +127,24 @@ def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, progr
     """Runs the trial and writes its files; ``recorder``: the Meshcat that records it, or None."""
     if recorder is not None:
         start_recording(recorder)
+    interrupt = None
     try:
         trial.run(progress)
-    finally:
-        with undisturbed():
-            announce("writing")
-            result = _told(trial)
-            files = {"result.json": result.save, "log.npz": trial.log.save}
-            if trial.traceback:
-                files["error.txt"] = lambda path: write_text(path, trial.traceback)
-            if recorder is not None:
-                files["recording.html"] = partial(save_recording, recorder, title=trial.title())
-            failures = _write(files, directory)
-            if failures:
-                announce(failures)
+    except KeyboardInterrupt as signal:
+        interrupt = signal
+    with undisturbed():
+        announce("writing")
+        result = _told(trial)
+        files = {"result.json": result.save, "log.npz": trial.log.save}
+        if trial.traceback:
+            files["error.txt"] = lambda path: write_text(path, trial.traceback)
+        if recorder is not None:
+            files["recording.html"] = partial(save_recording, recorder, title=trial.title())
+        failures = _write(files, directory)
+    if interrupt is not None:
+        if failures:
+            announce(failures)
+        raise interrupt
     if failures:
         raise UserInputError(f"{result.reason.replace('_', ' ')} after {result.sim_time:.1f} s, but {failures}")
     return result

@@ -144,11 +144,17 @@ def test_a_full_disk_keeps_what_could_be_written(tmp_path, monkeypatch):
 
 def test_a_full_disk_at_the_beginning_is_one_line(tmp_path, monkeypatch):
     def full(config, path):
+        path.write_text("half of")
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
+    run(tmp_path / "old")
+    before = contents(tmp_path / "old")
     monkeypatch.setattr(record, "save_config", full)
-    with pytest.raises(UserInputError, match=r"cannot write there.*full"):
-        run(tmp_path / "new")
+    for name in ("old", "new"):
+        with pytest.raises(UserInputError, match=r"cannot write there.*full"):
+            run(tmp_path / name, overwrite=True)
+    assert contents(tmp_path / "old") == before
+    assert not (tmp_path / "new").exists()
 
 
 def test_a_result_that_cannot_be_told_whole_is_told_in_part(tmp_path, monkeypatch):
