@@ -45,7 +45,7 @@ def diagram(
     from quadpips_drake.visualization.diagram_graph import read_block, to_dot
 
     console.writable_directory(out.parent)
-    typer.echo(_draw(to_dot(read_block(built, max_depth)), out))
+    console.say(_draw(to_dot(read_block(built, max_depth)), out))
 
 
 def build_diagram(name: str, robot: str, terrain: str):

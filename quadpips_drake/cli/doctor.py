@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 
 import typer
-from rich.console import Console
 
 from quadpips_drake.cli import console
 from quadpips_drake.solvers.missing_solver import MissingSolverError
@@ -47,7 +46,7 @@ def doctor():
     Each line says OK, FAIL (the next one says what to do) or NOTE (something is missing that only some settings need).
     Exit status: 0 nothing failed, 1 something did.
     """
-    output = Console(highlight=False, soft_wrap=True)
+    output = console.PlainConsole(highlight=False, soft_wrap=True)
     failures = 0
     for check in checks():
         with output.status(check.name):

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from quadpips_drake.cli.console import numbers
+from quadpips_drake.cli.console import numbers, say
 
 EPILOG = """
 Examples:
@@ -32,9 +32,9 @@ def list_terrains():
 
     for name in terrain_names():
         terrain = load_terrain(name)
-        typer.echo(f"{name:<16} {_first_sentence(terrains.get(name).factory)}")
+        say(f"{name:<16} {_first_sentence(terrains.get(name).factory)}")
         ends = f"start {_list(terrain.start)}; goal {_list(terrain.goal)}"
-        typer.echo(f"{'':<16} {len(terrain.elements)} elements; {_size(terrain)} m; {ends}")
+        say(f"{'':<16} {len(terrain.elements)} elements; {_size(terrain)} m; {ends}")
 
 
 @app.command()
@@ -55,8 +55,8 @@ def show(
     _describe(terrain)
     for problem in (problem_with_start(terrain), problem_with_goal(terrain)):
         if problem:
-            typer.echo(f"warning:  {problem}")
-    typer.echo(f"picture:  {out}")
+            say(f"warning:  {problem}")
+    say(f"picture:  {out}")
 
 
 @app.command()
@@ -77,7 +77,7 @@ def export(
         raise UserInputError(f"--out {out}: the name must end in .yaml or .yml")
     write_terrain_file(terrain, out)
     _describe(terrain)
-    typer.echo(f"file:     {out}")
+    say(f"file:     {out}")
 
 
 def _load(name: str, seed: int, start: str | None, goal: str | None):
@@ -89,10 +89,10 @@ def _load(name: str, seed: int, start: str | None, goal: str | None):
 
 
 def _describe(terrain):
-    typer.echo(f"terrain:  {terrain.name}, {len(terrain.elements)} elements, friction {terrain.friction:g}")
-    typer.echo(f"size:     {_size(terrain)} m (x, y, z)")
-    typer.echo(f"start:    {_list(terrain.start)} (x, y [m], yaw [rad])")
-    typer.echo(f"goal:     {_list(terrain.goal)} (x, y [m])")
+    say(f"terrain:  {terrain.name}, {len(terrain.elements)} elements, friction {terrain.friction:g}")
+    say(f"size:     {_size(terrain)} m (x, y, z)")
+    say(f"start:    {_list(terrain.start)} (x, y [m], yaw [rad])")
+    say(f"goal:     {_list(terrain.goal)} (x, y [m])")
 
 
 def _size(terrain) -> str:

@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -63,6 +64,20 @@ def test_numbers_are_read_exactly():
     for text in ("", "1", "1,2,3", "1;2", "1,inf", "a,b"):
         with pytest.raises(UserInputError, match="X,Y"):
             console.numbers("--goal", text, "X,Y")
+
+
+def test_control_characters_are_shown_and_not_obeyed(capsys):
+    name = "stones\x1b[2J\x1b]0;title\x07\x9b31m\u202eevil\ttab"
+    shown = "stones\\x1b[2J\\x1b]0;title\\x07\\x9b31m\\u202eevil\ttab"
+    assert console.printable(name) == shown
+    assert console.printable("Größe 3 µm\n") == "Größe 3 µm\n"
+    console.say(name)
+    console.messages.print(name, markup=False)
+    console.print_error(name)
+    out, err = capsys.readouterr()
+    assert out == shown + "\n"
+    assert "\x1b" not in err and "\x07" not in err
+    assert err.count("stones\\x1b[2J") == 2
 
 
 def test_an_unknown_diagram_lists_the_known_ones():
@@ -129,3 +144,10 @@ def test_doctor_finds_each_solver_able(solver):
 def test_doctor_renders_and_stands():
     assert "rendered" in doctor._render()
     assert "upright" in doctor._stand()
+
+
+def test_every_command_prints_through_the_console():
+    """There control characters are shown; the version is the one thing that is not."""
+    folder = Path(console.__file__).parent
+    others = [path.name for path in folder.rglob("*.py") if "typer.echo(" in path.read_text(encoding="utf-8")]
+    assert sorted(others) == ["console.py", "main.py"]

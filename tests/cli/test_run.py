@@ -38,6 +38,7 @@ BAD_INPUT = [
     (["--out", 300 * "x"], ["--out xxx", "name too long"]),
     (["--terrain", "flat", "--meshcat-host", ""], ["Meshcat needs an address", "localhost"]),
     (["--terrain", "\x1b[31mred"], ["must be printable text", "'\\x1b[31mred'"]),
+    (["\x1b[31mred.yaml"], ["error: \\x1b[31mred.yaml: no such file"]),
 ]
 
 
