@@ -4,6 +4,7 @@ import math
 import sys
 import unicodedata
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import NoReturn
 
 import typer
@@ -79,6 +80,14 @@ class OneLineErrors(TyperGroup):
             return super().invoke(ctx)
         except KeyboardInterrupt as interrupt:
             raise typer.Exit(interruption.exit_status(interrupt)) from None
+        except (EOFError, UnpicklingError):  # what numba makes of a damaged file in its cache
+            from quadpips_drake.compiling import remove_broken_kernels
+
+            broken = remove_broken_kernels()
+            if not broken:
+                raise
+            print_error(f"{len(broken)} damaged files were in the cache of compiled kernels; now run the same command again")
+            raise typer.Exit(FAILURE) from None
 
 
 def end_interrupted(interrupt: KeyboardInterrupt, remark: str) -> NoReturn:

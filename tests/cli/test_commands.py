@@ -1,5 +1,6 @@
 """The other commands, and what all have in common."""
 
+import pickle
 import re
 import subprocess
 import sys
@@ -78,6 +79,18 @@ def test_control_characters_are_shown_and_not_obeyed(capsys):
     assert out == shown + "\n"
     assert "\x1b" not in err and "\x07" not in err
     assert err.count("stones\\x1b[2J") == 2
+
+
+@pytest.mark.parametrize("error", [EOFError, pickle.UnpicklingError])
+def test_damaged_kernels_are_one_line(error, monkeypatch):
+    def load(*_, **__):
+        raise error("truncated")
+
+    monkeypatch.setattr("quadpips_drake.terrain.library.load_terrain", load)
+    monkeypatch.setattr("quadpips_drake.compiling.remove_broken_kernels", lambda: ["a.nbi", "a.1.nbc"])
+    status, _, errors = quadpips("terrain", "list")
+    assert status == 1
+    assert errors.startswith("error: 2 damaged files were in the cache of compiled kernels; now run")
 
 
 def test_an_unknown_diagram_lists_the_known_ones():
