@@ -1,16 +1,19 @@
 """One depth image of a standing robot, and what every stage of perception makes of it, as a picture.
 
-    python examples/perception_on_a_still_scene.py [TERRAIN] [ROBOT] [PICTURE.png]
+    python examples/perception_on_a_still_scene.py --terrain stairs --robot anymal_c --picture perception.png
 
 It shows how to use the perception alone: a diagram with a depth image and the robot's state going in and regions coming out.
 """
 
-import sys
+from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from quadpips_drake.cli import console
 from quadpips_drake.diagrams.observed_station import ObservedStation
 from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.robots.robot_library import load_robot
@@ -19,8 +22,20 @@ from quadpips_drake.timing import StageTimings
 from quadpips_drake.visualization.perception_picture import save_perception_picture
 
 
-def main(terrain_name: str = "stairs", robot_name: str = "anymal_c", picture: str = "perception.png") -> None:
-    robot, terrain, timings = load_robot(robot_name), load_terrain(terrain_name), StageTimings()
+def main(
+    terrain: Annotated[str, typer.Option(metavar="NAME|FILE", help="Where to stand.")] = "stairs",
+    robot: Annotated[str, typer.Option(metavar="NAME", help="anymal_c or go2.")] = "anymal_c",
+    picture: Annotated[Path, typer.Option(metavar="FILE.png", help="What every stage sees.")] = Path("perception.png"),
+) -> None:
+    """Draw what every stage of perception makes of one depth image of a standing robot."""
+    console.writable_directory(picture.parent)
+    show(load_terrain(terrain), load_robot(robot), picture)
+
+
+def show(terrain, robot, picture: Path) -> None:
+    """Builds station and perception, lets them see for a moment and writes the picture."""
+    print(f"building {robot.name} on {terrain.name}")
+    timings = StageTimings()
     builder = DiagramBuilder()
     station = builder.AddSystem(ObservedStation(robot, terrain))
     perception = builder.AddSystem(PerceptionModule(robot, station.camera_intrinsics, timings=timings))
@@ -44,4 +59,4 @@ def main(terrain_name: str = "stairs", robot_name: str = "anymal_c", picture: st
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    console.run_alone(main)

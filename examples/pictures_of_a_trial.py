@@ -6,10 +6,16 @@ Each picture of the film strip shows the robot among the planar regions that it 
 by leg), the swings and the base path of the plan that it follows.
 """
 
-import argparse
 from pathlib import Path
+from typing import Annotated
 
+import typer
+from rich.progress import track
+
+from quadpips_drake.cli import console
 from quadpips_drake.cli.run import resolve_trial_config
+from quadpips_drake.cli.trials import RunProgress
+from quadpips_drake.errors import UserInputError
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.trial import Trial
 from quadpips_drake.visualization.plan_meshes import base_mesh, course_mesh, foothold_mesh, region_mesh, swing_mesh
@@ -17,34 +23,42 @@ from quadpips_drake.visualization.plots import save_plots
 from quadpips_drake.visualization.snapshot import ChaseView, SnapshotRenderer, film_strip, save_picture
 
 
-def main():
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("--robot", default="anymal_c")
-    arguments.add_argument("--terrain", default="stepping_stones")
-    arguments.add_argument("--seed", type=int, default=0)
-    arguments.add_argument("--duration", type=float, default=60.0, help="simulated time, s")
-    arguments.add_argument("--pictures", type=int, default=6)
-    arguments.add_argument("--out", type=Path, default=Path("out/pictures"))
-    options = arguments.parse_args()
-
-    choice = {key: getattr(options, key) for key in ("robot", "terrain", "seed", "duration")}
-    trial = Trial(resolve_trial_config(None, choice, []))
+def main(
+    robot: Annotated[str, typer.Option(metavar="NAME", help="anymal_c or go2.")] = "anymal_c",
+    terrain: Annotated[str, typer.Option(metavar="NAME|FILE", help="Where to walk.")] = "stepping_stones",
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Of all random numbers.")] = 0,
+    duration: Annotated[float, typer.Option(metavar="S", help="Longest simulated time, s.")] = 60.0,
+    pictures: Annotated[int, typer.Option(min=1, max=100, metavar="N", help="On the film strip.")] = 6,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="For film.png and plots.")] = Path("out/pictures"),
+) -> None:
+    """Simulate a trial and draw what the robot saw, planned and did: a film strip and plots."""
+    choice = {"robot": robot, "terrain": terrain, "seed": seed, "duration": duration}
+    config = resolve_trial_config(None, choice, [])
+    console.writable_directory(out)
     moments = []
 
     def remember(time: float):
+        progress(time)
         observation = observe(trial.diagram, trial.context)
         if len(observation.reference.times):
             moments.append((observation, read(trial.diagram, "region_set", trial.context)))
 
-    verdict = trial.run(progress=remember)
+    with RunProgress(config.duration) as progress:
+        trial = Trial(config)
+        verdict = trial.run(progress=remember)
     print(f"{verdict.reason}: {verdict.detail}")
+    if not moments:
+        raise UserInputError(f"--duration {duration:g}: the robot had no plan yet that could be drawn; give it longer")
+    draw(trial, moments, pictures, out)
+    print(f"pictures: {out}")
 
-    options.out.mkdir(parents=True, exist_ok=True)
-    chosen = [moments[round(i * (len(moments) - 1) / max(options.pictures - 1, 1))] for i in range(options.pictures)]
-    images = [picture(trial, *moment) for moment in chosen]
-    save_picture(film_strip(images, columns=2), options.out / "film.png")
-    save_plots(trial.log.arrays(), options.out, terrain=trial.terrain, robot=trial.robot)
-    print(f"pictures: {options.out}")
+
+def draw(trial: Trial, moments: list, count: int, out: Path) -> None:
+    """Writes the film strip, ``count`` pictures spread over the ``moments``, and the plots."""
+    chosen = [moments[round(i * (len(moments) - 1) / max(count - 1, 1))] for i in range(count)]
+    images = [picture(trial, *moment) for moment in track(chosen, "drawing", console=console.messages, transient=True)]
+    save_picture(film_strip(images, columns=2), out / "film.png")
+    save_plots(trial.log.arrays(), out, terrain=trial.terrain, robot=trial.robot)
 
 
 def picture(trial: Trial, observation, regions):
@@ -63,4 +77,4 @@ def picture(trial: Trial, observation, regions):
 
 
 if __name__ == "__main__":
-    main()
+    console.run_alone(main)

@@ -1,25 +1,38 @@
 """Stands a robot on a terrain for a second and saves what its depth camera sees.
 
-    python examples/stand_and_look.py [TERRAIN] [ROBOT] [PICTURE.png]
+    python examples/stand_and_look.py --terrain stepping_stones --robot anymal_c --picture depth.png
 
 It shows how to use the simulation station alone, as a plant for a controller of one's own: the station has the ports of a
 robot (feed-forward torques and joint targets in; depth image, state and IMU out), whichever robot and terrain it holds.
 """
 
-import sys
+from pathlib import Path
+from typing import Annotated
 
 import matplotlib.pyplot as plt
 import numpy as np
+import typer
 from pydrake.systems.analysis import Simulator
 
+from quadpips_drake.cli import console
 from quadpips_drake.diagrams.observed_station import ObservedStation
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 
 
-def main(terrain_name: str = "stepping_stones", robot_name: str = "anymal_c", picture: str = "depth.png") -> None:
-    robot = load_robot(robot_name)
-    terrain = load_terrain(terrain_name)
+def main(
+    terrain: Annotated[str, typer.Option(metavar="NAME|FILE", help="Where to stand.")] = "stepping_stones",
+    robot: Annotated[str, typer.Option(metavar="NAME", help="anymal_c or go2.")] = "anymal_c",
+    picture: Annotated[Path, typer.Option(metavar="FILE.png", help="For the depth image.")] = Path("depth.png"),
+) -> None:
+    """Stand a robot on a terrain for a second and save what its depth camera sees."""
+    console.writable_directory(picture.parent)
+    show(load_terrain(terrain), load_robot(robot), picture)
+
+
+def show(terrain, robot, picture: Path) -> None:
+    """Builds the station, simulates it and writes the picture."""
+    print(f"building {robot.name} on {terrain.name}")
     station = ObservedStation(robot, terrain)
 
     simulator = Simulator(station)
@@ -43,4 +56,4 @@ def main(terrain_name: str = "stepping_stones", robot_name: str = "anymal_c", pi
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    console.run_alone(main)

@@ -3,6 +3,7 @@
 import math
 import sys
 import unicodedata
+from collections.abc import Callable
 from pathlib import Path
 from pickle import UnpicklingError
 from typing import NoReturn
@@ -94,6 +95,20 @@ def end_interrupted(interrupt: KeyboardInterrupt, remark: str) -> NoReturn:
     """Ends the command with the exit status of an interruption; says so, and what is left (``remark``)."""
     messages.print(f"interrupted; {remark}", markup=False)
     raise typer.Exit(interruption.exit_status(interrupt)) from None
+
+
+def run_alone(command: Callable) -> None:
+    """Runs ``command`` as a program of its own, its parameters are the options; errors as of all commands. For examples."""
+    app = typer.Typer(
+        cls=OneLineErrors,
+        invoke_without_command=True,
+        subcommand_metavar="",
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(command)
+    app()
 
 
 def print_error(message: str) -> None:
