@@ -20,13 +20,13 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.faults.model_errors import ModelErrorConfig, add_payload, set_base_mass
 from quadpips_drake.framework.ports import DiagramBuilder
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.sensing.contact_sensing import find_contact_geometries
+from quadpips_drake.sensing.contact_sensing import deepest_overlap, find_contact_geometries
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, add_depth_camera, make_intrinsics
 from quadpips_drake.sensing.foot_contact_sensor_system import FootContactSensor
 from quadpips_drake.sensing.imu_system import Imu, ImuConfig
 from quadpips_drake.terrain.ground_window import GroundWindow
 from quadpips_drake.terrain.ground_window_system import GroundWindowGuard
-from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
+from quadpips_drake.terrain.plant_builder import add_terrain_to_plant, element_index
 from quadpips_drake.terrain.standing_pose import standing_pose
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
@@ -62,6 +62,10 @@ class StationConfig:
             raise UserInputError(f"contact_approximation must be sap, similar or lagged, not '{self.contact_approximation}'")
         if len({self.camera_name, *self.further_cameras}) != 1 + len(self.further_cameras):
             raise UserInputError(f"further_cameras must name other cameras than '{self.camera_name}', each once")
+
+
+MAX_OVERLAP = 0.01
+"""How deep body and legs may be inside the terrain at the start [m]: contact pushes them out."""
 
 
 class SimulationStation(Diagram):
@@ -140,18 +144,30 @@ class SimulationStation(Diagram):
         Each foot rests on the ground below its nominal place, by inverse kinematics.
 
         Raises:
-            UserInputError: a foot would find no ground, or cannot reach it.
+            UserInputError: a foot would find no ground, or cannot reach it, or body or legs would be inside the terrain.
         """
         p_WB, q = standing_pose(self.robot, self._truth, x, y, yaw)
         plant_context = self.plant.GetMyMutableContextFromRoot(root_context)
         self.robot.set_state(self.plant, plant_context, p_WB, [0.0, 0.0, yaw], q)
         set_base_mass(self.plant, plant_context, self.robot, self.config.model_error)
         self.bring_ground_near(root_context)
+        self._check_free_space(root_context, f"start {x:g},{y:g},{yaw:g}")
         if self._delays:
             # What the drives got before the first command arrives: hold the stance.
             for name, before in (("feedforward_torque", np.zeros(NUM_JOINTS)), ("desired_joint_state", np.r_[q, 0.0 * q])):
                 state = self._delays[name].GetMyMutableContextFromRoot(root_context).get_mutable_discrete_state_vector()
                 state.SetFromVector(np.resize(before, state.size()))
+
+    def _check_free_space(self, root_context, where: str) -> None:
+        """Refuses a start at which the body or a leg is inside the terrain, as astride a wall."""
+        query = self.GetOutputPort("query_object").Eval(self.GetMyContextFromRoot(root_context))
+        overlap = deepest_overlap(query, self.contact_geometries, self.robot.foot_radius)
+        if overlap is not None and overlap[2] > MAX_OVERLAP:
+            link, shape, depth = overlap
+            title = self.terrain.elements[element_index(shape)].title
+            raise UserInputError(
+                f"{where}: the robot's {link} would be {depth:.2f} m inside {title}; start where body and legs have room"
+            )
 
     def bring_ground_near(self, root_context) -> None:
         """Has to be called often while a simulation goes on: of a very large terrain only what is near can be touched.

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.geometry import GeometryId, SceneGraphInspector
+from pydrake.geometry import GeometryId, QueryObject, SceneGraphInspector
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 
 from quadpips_drake.robots.robot_model import LINK_NAMES, RobotModel
@@ -61,3 +61,20 @@ def touching_links(results: ContactResults, geometries: ContactGeometries) -> li
             if link and link not in links and other not in geometries.body and other not in geometries.feet:
                 links.append(link)
     return links
+
+
+def deepest_overlap(query: QueryObject, geometries: ContactGeometries, foot_radius: float) -> tuple[str, str, float] | None:
+    """Returns which link is deepest inside something that is not the robot: its name, the other shape's, the depth [m].
+
+    None when there is none. Feet may press against edges beside them: they count from ``foot_radius`` [m] on.
+    """
+    deepest = None
+    for pair in query.ComputePointPairPenetration():
+        for own, other in ((pair.id_A, pair.id_B), (pair.id_B, pair.id_A)):
+            link = geometries.body.get(own)
+            if own in geometries.feet and pair.depth > foot_radius:
+                link = f"{Leg(geometries.feet[own]).name} foot"
+            is_own = other in geometries.body or other in geometries.feet
+            if link and not is_own and (deepest is None or pair.depth > deepest[2]):
+                deepest = (link, query.inspector().GetName(other), pair.depth)
+    return deepest

@@ -22,6 +22,8 @@ COLORS = {
     Steppability.NON_PASSABLE: (0.33, 0.36, 0.42, 1.0),
 }
 """Red, green, blue, alpha of the elements by label."""
+_PREFIX = "terrain_"
+"""Of the names of all geometries."""
 MESH_THICKNESS = 0.1
 """How far [m] the solid under each triangle of a mesh that is not convex reaches down."""
 
@@ -70,6 +72,11 @@ def add_terrain_to_plant(
     return GroundWindow(scene_graph, plant.get_source_id(), ids, bounds, properties) if is_large and touchable else None
 
 
+def element_index(name: str) -> int:
+    """Which element of its terrain a collision geometry with this ``name`` belongs to."""
+    return int(name.rsplit(_PREFIX, 1)[1].split("_")[0])
+
+
 def add_terrain_visuals(terrain: Terrain, plant: MultibodyPlant):
     """Lets cameras (role perception) and Meshcat (illustration) see ``terrain``, in the colours of the labels.
 
@@ -88,14 +95,14 @@ def add_terrain_visuals(terrain: Terrain, plant: MultibodyPlant):
 def _add_collision_shapes(index: int, element: Element, plant: MultibodyPlant, friction: float) -> list[GeometryId]:
     X_WE, coulomb = RigidTransform(element.X_WE), CoulombFriction(friction, friction)
     return [
-        plant.RegisterCollisionGeometry(plant.world_body(), X_WE, shape, f"terrain_{index:04d}_{k}", coulomb)
+        plant.RegisterCollisionGeometry(plant.world_body(), X_WE, shape, f"{_PREFIX}{index:04d}_{k}", coulomb)
         for k, shape in enumerate(_collision_shapes(element))
     ]
 
 
 def _add_visual(index: int, element: Element, plant: MultibodyPlant):
     shape, X_WE, color = _visual_shape(element), RigidTransform(element.X_WE), np.array(COLORS[element.label])
-    plant.RegisterVisualGeometry(plant.world_body(), X_WE, shape, f"terrain_{index:04d}", color)
+    plant.RegisterVisualGeometry(plant.world_body(), X_WE, shape, f"{_PREFIX}{index:04d}", color)
 
 
 def _visual_shape(element: Element):

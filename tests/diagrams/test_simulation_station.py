@@ -222,3 +222,25 @@ def test_bad_config(bad):
         StationConfig(**bad)
     with pytest.raises(UserInputError, match="unknown camera 'top'"):
         SimulationStation(load_robot("go2"), slab(), StationConfig(camera_name="top"))
+
+
+@pytest.mark.parametrize("robot_name", robot_names())
+def test_a_start_inside_an_obstacle_is_refused(robot_name):
+    ground = slab().elements[0]
+
+    def place(*obstacles):
+        standing(robot_name, Terrain("yard", np.zeros(3), np.array([3.0, 0.0]), 0.8, (ground, *obstacles)))
+
+    across = Box(size=[0.04, 3, 1], X_WE=pose([0.1, 0, 0.5]), name="wall")
+    with pytest.raises(UserInputError, match=r"start 0,0,0: the robot's \w+ would be 0\.\d\d m inside box 'wall'; start"):
+        place(across)
+    along = Box(size=[3, 0.04, 1], X_WE=pose([0, 0.02, 0.5], [0, 0, 0.1]), name="wall")
+    with pytest.raises(UserInputError, match="inside box 'wall'"):
+        place(along)
+    robot = load_robot(robot_name)
+    x, y = robot.nominal_footholds_B[Leg.LF, :2]
+    beam = Box(size=[0.03, 0.05, 1], X_WE=pose([x - 0.06, y, 0.5]), name="post")
+    with pytest.raises(UserInputError, match=r"robot's LF_\w+ would be .* inside box 'post'"):
+        place(beam)
+    kerb = Box(size=[0.05, 3, 0.5 * robot.nominal_base_height], X_WE=pose([0, 0, 0]), name="kerb")
+    place(kerb)
