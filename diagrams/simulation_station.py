@@ -190,6 +190,7 @@ class SimulationStation(Diagram):
         In the plant's scene, the renderer would follow every step of the physics, which takes longer than the physics.
         """
         plant = MultibodyPlant(time_step=self.config.time_step)
+        plant.set_name("camera_plant")
         scene = builder.AddNamedSystem("camera_scene", SceneGraph())
         plant.RegisterAsSourceForSceneGraph(scene)
         add_terrain_to_plant(self.terrain, plant, scene, touchable=False)

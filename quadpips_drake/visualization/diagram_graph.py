@@ -1,15 +1,14 @@
 """A diagram as a picture: its systems with their ports, and the wires between them, in the language of Graphviz's dot."""
 
+from collections import Counter
 from dataclasses import dataclass
 from html import escape
-from itertools import permutations
 
 from pydrake.systems.framework import Diagram, InputPortIndex, OutputPortIndex
 
 _COLORS = ("#1b6ca8", "#b3541e", "#3d7a3d", "#7b3f9d", "#a8324a", "#4d4d4d", "#8a6d00", "#00757a")
-"""Of the wires: all wires from one port have the same one."""
-_MOST_PERMUTED = 8
-"""With more parts than this a diagram is drawn in the order in which it was built."""
+"""Of the wires: all wires from one port have the same one, but those that leave the picture are grey."""
+_ROOT = "s"
 _TEXT = 'fontname="Helvetica"'
 _FRAME, _TITLE, _BODY = "#9aa5b1", "#dfe7ef", "#ffffff"
 
@@ -88,11 +87,11 @@ def to_dot(block: Block) -> str:
     """Returns the graph of a block in dot's language."""
     lines = [
         "digraph {",
-        f"graph [rankdir=LR, nodesep=0.3, ranksep=0.45, {_TEXT}, fontsize=15, pad=0.1, labelloc=t, labeljust=l]",
-        f"node [shape=plain, {_TEXT}, fontsize=12]",
+        f"graph [rankdir=LR, nodesep=0.25, ranksep=0.36, {_TEXT}, fontsize=15, pad=0.1, labelloc=t, labeljust=l]",
+        f"node [shape=plain, {_TEXT}, fontsize=11]",
         "edge [arrowsize=0.7, penwidth=1.4]",
     ]
-    _write(block, "s", lines)
+    _write(block, _ROOT, lines)
     return "\n".join([*lines, "}", ""])
 
 
@@ -125,7 +124,8 @@ def _write_wires(block: Block, node: str, lines: list[str]) -> None:
     bends = set()
     for start, end in block.wires:
         number = starts.index(start)
-        color = f'color="{_COLORS[number % len(_COLORS)]}"'
+        leaves = end.part is None and node == _ROOT
+        color = f'color="{_FRAME if leaves else _COLORS[number % len(_COLORS)]}"'
         tail, head = _address(block, node, start, "e"), _address(block, node, end, "w")
         if None in (start.part, end.part) or place[start.part] < place[end.part]:
             lines.append(f"{tail} -> {head} [{color}]")
@@ -140,15 +140,32 @@ def _write_wires(block: Block, node: str, lines: list[str]) -> None:
 
 
 def _flow_order(block: Block) -> list[int]:
-    """The parts in an order in which few of them are wired backward; of equal ones that nearest to how it was built."""
-    pairs = {(start.part, end.part) for start, end in block.wires if None not in (start.part, end.part)}
+    """The parts in the order of the data flow: few pairs and wires lead backward, the others not far; of orders with
+    equally few such pairs one that begins with what was built first.
 
-    def backward(order):
+    Single parts are moved, from the order in which the diagram was built, as long as that makes it better.
+    """
+    pairs = Counter((start.part, end.part) for start, end in block.wires if None not in (start.part, end.part))
+
+    def badness(order):
         place = {part: k for k, part in enumerate(order)}
-        return sum(place[start] >= place[end] for start, end in pairs)
+        spans = {(start, end): place[end] - place[start] for start, end in pairs}
+        backward = [pair for pair, span in spans.items() if span <= 0]
+        length = sum(span for span in spans.values() if span > 0)
+        return len(backward), order[0] != 0, sum(pairs[pair] for pair in backward), length
 
-    natural = tuple(range(len(block.parts)))
-    return list(min(permutations(natural), key=backward) if len(natural) <= _MOST_PERMUTED else natural)
+    best = list(range(len(block.parts)))
+    while True:
+        moved = [_moved(best, k, to) for k in range(len(best)) for to in range(len(best))]
+        better = min(moved, key=badness, default=best)
+        if badness(better) >= badness(best):
+            return best
+        best = better
+
+
+def _moved(order: list[int], k: int, to: int) -> list[int]:
+    rest = order[:k] + order[k + 1 :]
+    return [*rest[:to], order[k], *rest[to:]]
 
 
 def _address(block: Block, node: str, end: PortEnd, side: str) -> str:
@@ -168,7 +185,7 @@ def _table(block: Block) -> str:
     """A closed block: title, inputs to the left, outputs to the right."""
     rows = [
         f'<tr><td colspan="2" bgcolor="{_TITLE}"><b>{escape(block.name)}</b><br/>'
-        f'<font point-size="10">{escape(block.kind)}</font></td></tr>'
+        f'<font point-size="9">{escape(block.kind)}</font></td></tr>'
     ]
     for i in range(max(len(block.inputs), len(block.outputs))):
         left = f'<td port="i{i}" align="left">{escape(block.inputs[i])}</td>' if i < len(block.inputs) else "<td></td>"
@@ -188,5 +205,5 @@ def _own_ports(names: tuple[str, ...], side: str) -> str:
 
 def _framed(rows: str) -> str:
     return (
-        f'<table border="1" cellborder="0" cellspacing="0" cellpadding="4" color="{_FRAME}" bgcolor="{_BODY}">{rows}</table>'
+        f'<table border="1" cellborder="0" cellspacing="0" cellpadding="3" color="{_FRAME}" bgcolor="{_BODY}">{rows}</table>'
     )
