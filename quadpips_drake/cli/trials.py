@@ -1,7 +1,6 @@
 """What the commands share that simulate: where results go, their progress, and what is said at the end."""
 
 import os
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
@@ -66,8 +65,10 @@ class RunProgress:
 
     def __call__(self, sim_time: float) -> None:
         """Takes the simulated time [s]."""
+        from quadpips_drake.compiling import work_clock
+
         self._said = ""
-        now = time.perf_counter()
+        now = work_clock()
         if self._first is None:
             self._first = (sim_time, now)
         first_sim_time, first_now = self._first
@@ -112,9 +113,11 @@ def run_and_report(
     )
     for command in result.walk.get("commands", ()):
         _tell_command(command)
-    if "recording.html" in _contents(out):
+    there = _contents(out)
+    if "recording.html" in there:
         console.say(f"recording: {out / 'recording.html'} (open it in a browser)")
-    console.say(f"result:    {out / 'result.json'}")
+    if "result.json" in there:
+        console.say(f"result:    {out / 'result.json'}")
     return console.SUCCESS if result.success else console.FAILURE
 
 

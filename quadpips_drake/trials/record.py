@@ -84,7 +84,10 @@ def warm_up(kind: Callable, config: SimulationConfig, **options) -> None:
         config: of the trial.
         options: keyword arguments of ``kind``.
     """
-    trial = kind(replace(config, duration=WARM_UP_TIME), **options)
+    try:
+        trial = kind(replace(config, duration=WARM_UP_TIME), **options)
+    except BREAKDOWNS:  # too little memory for two, say: then the trial itself compiles
+        return
     verdict = trial.run()
     if verdict.reason == trial.SUCCESS or trial.context.get_time() >= WARM_UP_TIME - 1e-6:
         note_warm(kind.__name__)
