@@ -151,7 +151,7 @@ def test_anymal_has_four_cameras():
 
 
 def test_bad_description():
-    with pytest.raises(UserInputError, match="nominal_joints needs 12 values, got 3"):
+    with pytest.raises(UserInputError, match="nominal_joints must have 12 items, not 3"):
         RobotDescription(nominal_joints=[0.0, 0.0, 0.0])
     with pytest.raises(UserInputError, match="'front'"):
         RobotDescription(cameras=[CameraDescription(name="rear")])
