@@ -41,6 +41,8 @@ class PortBlock:
     outputs: tuple[Port, ...]
     texts: dict
     """(name of a port, "input" or "output") -> what is said about it, in one line."""
+    twice: tuple[str, ...] = ()
+    """Ports that are described more than once."""
 
 
 def system_classes(base: type = LeafSystem) -> list[type]:
@@ -70,13 +72,14 @@ def port_block(cls: type) -> PortBlock | None:
         return None
     block = yaml.safe_load(textwrap.dedent(match.group(2)))
     ports = {kind: tuple(_port(entry) for entry in block.get(f"{kind}_ports") or ()) for kind in ("input", "output")}
-    texts = {}
+    texts, twice = {}, []
     for subject, text in _BULLET.findall(doc[match.end() :]):
         line = " ".join(text.split())
         for name, remark in re.findall(r"([\w<>]+)(?: \((\w+)\))?", " ".join(subject.split())):
             for kind in [remark] if remark in ports else ports:
+                twice += [name] if (name, kind) in texts else []
                 texts[name, kind] = line
-    return PortBlock(block.get("name"), ports["input"], ports["output"], texts)
+    return PortBlock(block.get("name"), ports["input"], ports["output"], texts, tuple(twice))
 
 
 def _port(entry: str) -> Port:
@@ -107,6 +110,7 @@ def problems(system) -> list[str]:
     if block is None:
         return [f"{cls.__name__}: no '.. pydrake_system::' block in its docstring"]
     found = [] if block.name == cls.__name__ else [f"{cls.__name__}: the block names it {block.name}"]
+    found += [f"{cls.__name__}: the port '{name}' is described twice" for name in dict.fromkeys(block.twice)]
     declared = {
         "input": [system.get_input_port(i).get_name() for i in range(system.num_input_ports())],
         "output": [system.get_output_port(i).get_name() for i in range(system.num_output_ports())],

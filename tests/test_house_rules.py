@@ -120,6 +120,18 @@ def test_folders_are_small():
     assert not large, f"more than {MAX_MODULES_IN_A_FOLDER} modules in {large}"
 
 
+def test_the_architecture_lists_all_folders_in_their_order():
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\| `(?:\.\./)?([a-z]+)` \|", page, re.MULTILINE)
+    present = {
+        path.relative_to(ROOT / "quadpips_drake").parts[0] for path in (ROOT / "quadpips_drake").rglob("*/__init__.py")
+    }
+    assert set(listed) == present | {"diagrams"}
+    order = [*STAGES, *ABOVE_THE_STAGES]
+    ranked = [folder for folder in listed if folder in order]
+    assert ranked == sorted(ranked, key=order.index)
+
+
 def test_every_public_class_has_a_name_of_its_own():
     places = defaultdict(list)
     for path in PACKAGE_FILES:
@@ -179,3 +191,17 @@ def test_links_in_the_documentation_lead_somewhere():
         for target in re.findall(r"\]\((?!https?:|#)([^)#]+)", page.read_text(encoding="utf-8")):
             broken += [] if (page.parent / target).exists() else [f"{page.relative_to(ROOT)}: {target}"]
     assert not broken
+
+
+def test_files_and_folders_that_are_mentioned_exist():
+    """A name counts as found if a path in the repository ends in it: trajectory/ocp/terms/, or just torso_search.py."""
+    paths = ["/" + path.relative_to(ROOT).as_posix() for path in files("*")]
+    folders = {path[: path.index("/", at) + 1] for path in paths for at in range(1, len(path)) if "/" in path[at:]}
+    lost = []
+    for source in [*files("*.md"), *PACKAGE_FILES]:
+        text = source.read_text(encoding="utf-8")
+        named = re.findall(r"(?<![\w./*-])(?!NAME)((?:[\w-]+/)*[\w-]+\.(?:py|md))\b(?!\()", text)
+        lost += [f"{source.relative_to(ROOT)}: {name}" for name in named if not any(p.endswith(f"/{name}") for p in paths)]
+        named = re.findall(r"`((?:[\w-]+/)+)`", text) if source.suffix == ".md" else []
+        lost += [f"{source.relative_to(ROOT)}: {name}" for name in named if not any(f.endswith(f"/{name}") for f in folders)]
+    assert not lost, "\n".join(lost)

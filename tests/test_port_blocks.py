@@ -80,8 +80,27 @@ class _Silent(LeafSystem):
         self.DeclareVectorInputPort("a", 1)
 
 
-def test_every_port_is_described():
+class _Talkative(LeafSystem):
+    """Says things twice.
+
+    .. pydrake_system::
+
+        name: _Talkative
+        input_ports:
+        - a
+
+    - a: number.
+    - a: number.
+    """
+
+    def __init__(self):
+        super().__init__()
+        self.DeclareVectorInputPort("a", 1)
+
+
+def test_every_port_is_described_once():
     assert problems(_Silent()) == ["_Silent: nothing is said about the input port 'a'"]
+    assert problems(_Talkative()) == ["_Talkative: the port 'a' is described twice"]
 
 
 def test_placeholders_stand_for_any_number_of_ports():

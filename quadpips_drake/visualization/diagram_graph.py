@@ -58,13 +58,18 @@ def read_block(system, depth: int) -> Block:
 
 
 def _wires(diagram: Diagram, index_of: dict) -> list[tuple[PortEnd, PortEnd]]:
-    """All wires of one level: exported inputs, connections, exported outputs."""
+    """All wires of one level: exported inputs, connections (by source, for Drake's order is another each time), outputs."""
     wires = []
     for i in range(diagram.num_input_ports()):
         own = PortEnd(None, "input", diagram.get_input_port(i).get_name())
         for part, port in diagram.GetInputPortLocators(InputPortIndex(i)):
             wires.append((own, PortEnd(index_of[part], "input", part.get_input_port(int(port)).get_name())))
-    for (target, target_port), (source, source_port) in diagram.connection_map().items():
+
+    def by_source(connection):
+        (target, target_port), (source, source_port) = connection
+        return index_of[source], int(source_port), index_of[target], int(target_port)
+
+    for (target, target_port), (source, source_port) in sorted(diagram.connection_map().items(), key=by_source):
         start = PortEnd(index_of[source], "output", source.get_output_port(int(source_port)).get_name())
         wires.append((start, PortEnd(index_of[target], "input", target.get_input_port(int(target_port)).get_name())))
     for i in range(diagram.num_output_ports()):

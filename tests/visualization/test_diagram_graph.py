@@ -92,6 +92,10 @@ def test_a_wire_that_leads_back_is_bent():
     assert len(re.findall(r"shape=point", graph)) == 2, "the other has two bends"
 
 
+def test_the_same_diagram_gives_the_same_graph():
+    assert len({to_dot(read_block(loop(), 1)) for _ in range(5)}) == 1
+
+
 def test_levels():
     inner = loop()
     builder = DiagramBuilder()

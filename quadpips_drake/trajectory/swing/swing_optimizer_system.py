@@ -40,19 +40,8 @@ class SwingTrajectoryOptimizer(Stage):
         - swing_plan
 
     - robot_state: RobotState, frame W; read once for each new plan.
-    - foothold_plan: FootholdPlan, frame W; looked for at
-      ``config.rate`` (50 Hz); a plan without stances, or whose ``request_id`` was
-      dealt with before, is ignored.
-    - reference: WholeBodyReference of the last plan that was dealt with, frame W, times relative to its first sample (0 s);
-      without samples and with request id 0 before the first, without samples when not even the first swing was possible.
-    - status: StageStatus of that request; ``ok`` is False, with the reason, when the reference ends before the plan does;
-      ``fallbacks`` counts kinematic swings.
-    - swing_plan
-
-    - robot_state: RobotState, frame W; read once for each new plan.
-    - foothold_plan: FootholdPlan, frame W; looked for at
-      ``config.rate`` (50 Hz); a plan without stances, or whose ``request_id`` was
-      dealt with before, is ignored.
+    - foothold_plan: FootholdPlan, frame W; looked for at ``config.rate`` (50 Hz); a plan without stances, or whose
+      ``request_id`` was dealt with before, is ignored.
     - reference: WholeBodyReference of the last plan that was dealt with, frame W, times relative to its first sample (0 s);
       without samples and with request id 0 before the first, without samples when not even the first swing was possible.
     - status: StageStatus of that request; ``ok`` is False, with the reason, when the reference ends before the plan does;
