@@ -125,7 +125,7 @@ def test_equal_memories_give_equal_policies():
         ({"horizon": 0.0}, "horizon"),
         ({"grid": "fine"}, "unknown MPC grid 'fine'"),
         ({"latency": -0.1}, "latency must be"),
-        ({"latency": 1.0}, "mpc.latency must be shorter than the horizon"),
+        ({"latency": 1.0}, "latency must be shorter than the horizon"),
         ({"uniform_interval": 0.7}, "uniform_interval"),
     ],
 )

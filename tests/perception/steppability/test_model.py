@@ -176,9 +176,9 @@ def test_a_file_of_weights_that_is_far_too_large_is_not_read(model, tmp_path):
 
 
 def test_bad_network_sizes_are_refused():
-    with pytest.raises(UserInputError, match="whole numbers"):
+    with pytest.raises(UserInputError, match="stem must be"):
         NetworkConfig(stem=0)
-    with pytest.raises(UserInputError, match="three each"):
+    with pytest.raises(UserInputError, match="rates"):
         NetworkConfig(rates=(1, 2))
 
 
