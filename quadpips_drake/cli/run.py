@@ -7,6 +7,7 @@ import typer
 
 from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import (
+    Latency,
     MeshcatHost,
     NoRecording,
     Overwrite,
@@ -15,6 +16,7 @@ from quadpips_drake.cli.trials import (
     Seed,
     Sets,
     Start,
+    Threads,
     resolve,
     run_and_report,
     watched_from,
@@ -58,6 +60,8 @@ def run(
     duration: Annotated[
         float | None, typer.Option(parser=console.seconds, metavar="S", help="Longest simulated time, s. Default: 60.")
     ] = None,
+    latency: Latency = None,
+    threads: Threads = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -77,6 +81,7 @@ def run(
     Writes result.json, recording.html (opens offline in a browser), config.yaml (all values used) and log.npz into DIR.
     """
     options = {"robot": robot, "terrain": terrain, "planner": planner, "seed": seed, "duration": duration}
+    options |= {"latency": latency, "threads": threads}
     options["start"] = None if start is None else console.numbers("--start", start, "X,Y,YAW")
     options["goal"] = None if goal is None else console.numbers("--goal", goal, "X,Y")
     chosen = [] if regions is None else [f"stages.region_source={regions}"]

@@ -20,6 +20,17 @@ Seed = Annotated[int | None, typer.Option(metavar="N", help="Of all random numbe
 Start = Annotated[str | None, typer.Option(metavar="X,Y,YAW", help="Start, m and rad. Default: the terrain's.")]
 NoRecording = Annotated[bool, typer.Option("--no-recording", help="Do not write recording.html.")]
 Sets = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value; may be repeated.")]
+Latency = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME|FILE",
+        help="How much later results are there in simulated time: measured, paper, zero, or a file of 'evaluate latency'.",
+    ),
+]
+Threads = Annotated[
+    int | None,
+    typer.Option(metavar="1|2", help="2: late results are computed on a second core meanwhile; the numbers are the same."),
+]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results that DIR holds already.")]
 MeshcatHost = Annotated[
     str | None,

@@ -7,6 +7,7 @@ import typer
 
 from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import (
+    Latency,
     MeshcatHost,
     NoRecording,
     Overwrite,
@@ -62,6 +63,7 @@ def walk(
             metavar="N,E,W,T0,DT", help="Force on the base along x, y, z of the world, N, from T0 for DT s; repeatable."
         ),
     ] = None,
+    latency: Latency = None,
     start: Start = None,
     seed: Seed = None,
     out: Annotated[
@@ -84,7 +86,7 @@ def walk(
 
     Writes result.json, recording.html (opens offline in a browser), config.yaml (all values used) and log.npz into DIR.
     """
-    options = {"robot": robot, "gait": gait, "terrain": terrain, "seed": seed, "duration": duration}
+    options = {"robot": robot, "gait": gait, "terrain": terrain, "seed": seed, "duration": duration, "latency": latency}
     options["velocity"] = None if velocity is None else console.numbers("--velocity", velocity, "VX,VY,WZ")
     options["start"] = None if start is None else console.numbers("--start", start, "X,Y,YAW")
     options["pushes"] = [_push(text) for text in push] if push else None

@@ -7,12 +7,16 @@ A stage is its ports and one call of its algorithm,
 and each output is read off the memory m. With a latency L, outputs show m[k+1] only after t_k + L, while the stage itself
 goes on from its newest memory, as a process does that runs beside the others and takes its time. Both are simulated time:
 they are the same on every machine. A stage without a rate has no memory; its outputs are computed when they are read.
+
+What is late may be computed in the background (``framework/background.py``); that changes no result.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
+from copy import deepcopy
 from enum import Enum
+from functools import partial
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
@@ -22,10 +26,12 @@ from pydrake.systems.framework import (
     InputPort,
     LeafSystem,
     OutputPort,
+    System,
     ValueProducer,
 )
 
 from quadpips_drake.compiling import work_clock
+from quadpips_drake.framework.background import Background, stages_of, value_of
 from quadpips_drake.framework.ports import WiringError, declare_input, declare_output, full_name, value_type
 from quadpips_drake.framework.stage_config import StageConfig
 from quadpips_drake.timing import StageTimings
@@ -33,6 +39,17 @@ from quadpips_drake.timing import StageTimings
 _SAME_TIME = 1e-9
 """Events closer than this are at the same time [s]."""
 _REQUIRED = object()
+EVERY_TIME = object()
+"""The occasion of stages that compute at every period."""
+
+
+class _Remembered(NamedTuple):
+    """The state of a stage with a rate."""
+
+    occasion: Hashable
+    """Of the update that was begun last."""
+    results: tuple
+    """((time, memory), ...): since when outputs show it, from what they show now on to the newest."""
 
 
 class FirstUpdate(Enum):
@@ -61,6 +78,21 @@ class Inputs:
         self.__dict__["waited"] += work_clock() - start
         return value
 
+    def detach(self) -> None:
+        """Evaluates all of them now, so that they can be used when the context has gone on."""
+        for name in self._ports:
+            self.__dict__[name] = _kept(getattr(self, name))
+        self.__dict__["_context"] = None
+
+
+def _kept(value):
+    """``value`` itself if it never changes, else a copy: a buffer of Drake's is overwritten by the next value."""
+    if hasattr(value, "mutable_data"):  # an image, which does not know how to be copied
+        image = type(value)(value.width(), value.height())
+        image.mutable_data[:] = value.data
+        return image
+    return deepcopy(value)
+
 
 class _Port:
     """An input port with the type of its values and what counts while it is not connected."""
@@ -83,6 +115,9 @@ class Stage(LeafSystem):
 
     Subclasses declare their ports in the constructor, all inputs before the first output, and implement ``update``.
     """
+
+    WORTH_A_THREAD = False
+    """Whether it pays to compute late results of this stage in the background: whether an update takes milliseconds."""
 
     def __init__(
         self,
@@ -111,8 +146,8 @@ class Stage(LeafSystem):
         self._ports: dict[str, _Port] = {}
         self._initial = memory
         self._state: int | None = None
-        """Index of the abstract state that holds the memory or, with a latency, ((time, memory), ...): since when outputs
-        show it, from what they show now on to the newest. None without a rate."""
+        """Index of the abstract state that holds what is _Remembered; None without a rate."""
+        self._background: Background | None = None
         self._on_demand: CacheEntry | None = None
         """Without a rate: what was computed last."""
         if config.rate > 0.0:
@@ -127,6 +162,13 @@ class Stage(LeafSystem):
             time: simulated time [s]. Without a rate the result must not depend on it: it is kept while the inputs last.
         """
         raise NotImplementedError
+
+    def occasion(self, inputs: Inputs) -> Hashable | None:
+        """For what there would be an update now, an id of a request for instance; None: for nothing.
+
+        A stage with a rate makes one update for each occasion; as long as it stays the same, nothing happens.
+        """
+        return EVERY_TIME
 
     def initialize(self, inputs: Inputs, memory: Any, time: float) -> Any:
         """The update before the first step (``FirstUpdate.AT_INITIALIZATION``), where it is not like any other."""
@@ -166,8 +208,10 @@ class Stage(LeafSystem):
         """The memory that outputs show in ``context``."""
         if self._state is None:
             return self._on_demand.Eval(context)
-        remembered = _read(context, self._state)
-        return remembered if self.config.latency == 0.0 else self._from_shown_on(remembered, context.get_time())[0][1]
+        results = self._remembered(context).results
+        if self.config.latency > 0.0:
+            results = _from_shown_on(results, context.get_time())
+        return value_of(results[0][1])
 
     def memory_tickets(self) -> set:
         """Tickets of what the outputs depend on; after all inputs."""
@@ -186,63 +230,73 @@ class Stage(LeafSystem):
 
     def _declare_on_demand(self) -> CacheEntry:
         def calculate(context, value):
-            value.set_value(self._timed(self.update, context, self._initial))
+            value.set_value(self._timed(self.update, self._initial, self.inputs(context), context.get_time()))
 
         tickets = {entry.port.ticket() for entry in self._ports.values()} or {self.nothing_ticket()}
         producer = ValueProducer(lambda: AbstractValue.Make(self._initial), calculate)
         return self.DeclareCacheEntry("memory", producer, tickets)
 
     def _declare_updates(self, first: FirstUpdate) -> None:
-        memory = self._initial if self.config.latency == 0.0 else ((-inf, self._initial),)
-        self._state = int(self.DeclareAbstractState(AbstractValue.Make(memory)))
+        remembered = _Remembered(None, ((-inf, self._initial),))
+        self._state = int(self.DeclareAbstractState(AbstractValue.Make(remembered)))
         if first is FirstUpdate.AT_INITIALIZATION:
             self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
         offset = 0.0 if first is FirstUpdate.AT_ONCE else self.config.period
         self.DeclarePeriodicUnrestrictedUpdateEvent(self.config.period, offset, self._update)
 
-    def _timed(self, function: Callable, context, memory):
+    def _timed(self, function: Callable, memory: Any, inputs: Inputs, time: float) -> Any:
         """``function`` called and timed; what it waited for its inputs is theirs."""
-        inputs = self.inputs(context)
-        start = work_clock()
-        result = function(inputs, memory, context.get_time())
+        start, waited = work_clock(), inputs.waited
+        result = function(inputs, memory, time)
         if result is not memory:
-            self.timings.record(self._label, work_clock() - start - inputs.waited)
+            self.timings.record(self._label, work_clock() - start - (inputs.waited - waited))
         return result
 
     def _initialize(self, context, state):
-        memory = self._timed(self.initialize, context, self._newest(context))
+        last = self._remembered(context)
+        memory = self._timed(self.initialize, last.results[-1][1], self.inputs(context), context.get_time())
         # There is no time before the first step in which it could be late.
-        _write(state, self._state, memory if self.config.latency == 0.0 else ((-inf, memory),))
+        self._remember(state, _Remembered(last.occasion, ((-inf, memory),)))
         return EventStatus.Succeeded()
 
     def _update(self, context, state):
-        last, now = self._newest(context), context.get_time()
-        memory = self._timed(self.update, context, last)
-        if memory is not last:
-            if self.config.latency > 0.0:
-                earlier = self._from_shown_on(_read(context, self._state), now)
-                memory = (*earlier, (now + self.config.latency, memory))
-            _write(state, self._state, memory)
+        last, now, inputs = self._remembered(context), context.get_time(), self.inputs(context)
+        occasion = self.occasion(inputs)
+        if occasion is None or (occasion is not EVERY_TIME and occasion == last.occasion):
+            return EventStatus.DidNothing()
+        newest = last.results[-1][1]
+        if self._background is not None:
+            inputs.detach()
+            memory = self._background.compute(self, partial(self._timed, self.update), newest, inputs, now)
+        else:
+            memory = self._timed(self.update, value_of(newest), inputs, now)
+        results = last.results
+        if memory is not newest:
+            late = self.config.latency > 0.0
+            results = (*_from_shown_on(results, now), (now + self.config.latency, memory)) if late else ((now, memory),)
+        elif occasion is EVERY_TIME:
+            return EventStatus.DidNothing()
+        self._remember(state, _Remembered(occasion, results))
         return EventStatus.Succeeded()
 
-    def _newest(self, context) -> Any:
-        remembered = _read(context, self._state)
-        return remembered if self.config.latency == 0.0 else remembered[-1][1]
+    def _remembered(self, context) -> _Remembered:
+        return context.get_abstract_state(self._state).get_value()
 
-    @staticmethod
-    def _from_shown_on(late: tuple, now: float) -> tuple:
-        """The part of ``late`` that begins with what outputs show at the time ``now``.
-
-        Not by events of their own: of two periodic events that are a rounding error apart, Drake may leave one out.
-        """
-        while len(late) > 1 and late[1][0] < now - _SAME_TIME:
-            late = late[1:]
-        return late
+    def _remember(self, state, remembered: _Remembered) -> None:
+        state.get_mutable_abstract_state(self._state).set_value(remembered)
 
 
-def _read(context, index: int) -> Any:
-    return context.get_abstract_state(index).get_value()
+def _from_shown_on(results: tuple, now: float) -> tuple:
+    """The part of ``results`` that begins with what outputs show at the time ``now``.
+
+    Not by events of their own: of two periodic events that are a rounding error apart, Drake may leave one out.
+    """
+    while len(results) > 1 and results[1][0] < now - _SAME_TIME:
+        results = results[1:]
+    return results
 
 
-def _write(state, index: int, value) -> None:
-    state.get_mutable_abstract_state(index).set_value(value)
+def compute_in_background(system: System, background: Background | None) -> None:
+    """Has all stages in ``system`` for which it pays compute their late results in the ``background``; None: no longer."""
+    for stage in stages_of(system, Stage):
+        stage._background = background if stage.WORTH_A_THREAD and stage.config.latency > 0.0 else None

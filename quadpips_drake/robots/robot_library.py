@@ -14,6 +14,8 @@ from quadpips_drake.robots.robot_model import RobotModel, read_model
 
 _MODELS = Path(str(files("quadpips_drake.models")))
 _DESCRIPTION, _DEFAULTS = "robot.yaml", "defaults.yaml"
+DEFAULT_ROBOT = "anymal_c"
+"""The one that is meant where none is named."""
 
 robots = Registry("robot", "quadpips_drake.robots")
 """``factory()`` returns the path of the robot's robot.yaml; its URDF and its defaults.yaml lie beside it."""

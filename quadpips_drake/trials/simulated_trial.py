@@ -10,6 +10,8 @@ from pydrake.systems.analysis import Simulator
 from quadpips_drake.compiling import work_clock
 from quadpips_drake.configuration.schema import MAX_DURATION, MAX_SEED, configuration, ranged
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.background import Background
+from quadpips_drake.framework.stage import compute_in_background
 from quadpips_drake.interruption import check as check_interruption
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.judge import JudgeConfig, TrialJudge, Verdict
@@ -43,6 +45,11 @@ class SimulationConfig:
     """... and turns it by up to this much [rad]."""
     duration: float = ranged(60.0, 0.001, MAX_DURATION)
     """Longest simulated time [s]."""
+    latency: str = "zero"
+    """When results of the stages are there: a preset (zero, measured, paper), or a file with rates and latencies. It fills
+    in these keys below ``stages``; what is set there itself counts more."""
+    latency_scale: float = ranged(1.0, 0.0, 100.0)
+    """Factor on the latencies of the preset [1]."""
     log_rate: float = ranged(100.0, 1.0, 1000.0)
     """Samples per simulated second in log.npz and for the judge [Hz]."""
     judge: JudgeConfig = field(default_factory=JudgeConfig)
@@ -74,6 +81,7 @@ class SimulatedTrial:
         """Args: what to run; the world; the diagram of all (``set_initial_state``, ``observe``); its timings; the judge."""
         self.config, self.terrain, self.diagram, self.timings, self.judge = config, terrain, diagram, timings, judge
         self.robot = diagram.robot
+        self._background: Background | None = None
         self.simulator = Simulator(diagram)
         self.context = self.simulator.get_mutable_context()
         self.start = _start_of(config, terrain)
@@ -83,6 +91,11 @@ class SimulatedTrial:
         self.verdict: Verdict | None = None
         self.wall_time = 0.0
         self.traceback = ""
+
+    def use_threads(self, number: int) -> None:
+        """With two, late results are computed in the background from now on, until ``run`` has ended."""
+        self._background = Background() if number > 1 else None
+        compute_in_background(self.diagram, self._background)
 
     def title(self) -> str:
         """What the trial is, for people."""
@@ -129,6 +142,9 @@ class SimulatedTrial:
             self.verdict = Verdict("error", f"the simulation stopped: {in_one_line(error)}")
         finally:
             self.wall_time = work_clock() - started
+            if self._background is not None:
+                self._background.close()
+                compute_in_background(self.diagram, None)
         return self.verdict
 
     def note_progress(self, stamp: float, fraction: float) -> None:

@@ -30,6 +30,8 @@ class TrialConfig(SimulationConfig):
     """Name in the library, or path of a terrain file."""
     planner: str = "quadpips"
     """Name of the planner."""
+    threads: int = ranged(1, 1, 2)
+    """2: late results are computed in the background, on another core. The numbers are those of 1, to the bit."""
     goal: list[float] = ranged([], -1000.0, 1000.0, lengths=(0, 2))
     """x, y [m]; empty: the terrain's own goal."""
     stages: QuadpipsConfig | None = None
@@ -55,7 +57,7 @@ class TrialConfig(SimulationConfig):
         super().__post_init__()
         planners.get(self.planner)
         if self.stages is None:
-            self.stages = default_stages(self.stages_type(self.planner), self.robot)
+            self.stages = default_stages(self.stages_type(self.planner), self.robot, self.latency, self.latency_scale)
 
 
 class Trial(SimulatedTrial):
@@ -92,6 +94,7 @@ class Trial(SimulatedTrial):
             meshcat=meshcat,
         )
         super().__init__(config, terrain, diagram, timings, TrialJudge(terrain, config.judge))
+        self.use_threads(config.threads)
 
     def sample(self) -> Verdict | None:
         """Logs the present moment and judges it."""

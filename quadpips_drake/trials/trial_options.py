@@ -6,22 +6,29 @@ from typing import Any
 
 from quadpips_drake.configuration.layers import ConfigLayer, override_layer, read_layer
 from quadpips_drake.configuration.loading import load_config
-from quadpips_drake.robots.robot_library import robot_defaults_layer, robot_file, robots
+from quadpips_drake.robots.robot_library import DEFAULT_ROBOT, robot_defaults_layer, robot_file, robots
 from quadpips_drake.robots.robot_model import RobotModel
+from quadpips_drake.robots.stage_latencies import latency_layer
+from quadpips_drake.trials.simulated_trial import SimulationConfig
 
-DEFAULT_ROBOT = "anymal_c"
 
-
-def default_stages(stages: type, robot: str):
+def default_stages(stages: type, robot: str, latency: str = "zero", latency_scale: float = 1.0):
     """Returns the configuration of all stages for a robot: here, and nowhere else, a robot's own numbers come in.
 
     Args:
         stages: QuadpipsConfig (or what ``stages_type`` made of it) or WalkConfig.
         robot: name, or path of its robot.yaml.
+        latency: preset of the stages' latencies, see ``robots.stage_latencies``.
+        latency_scale: factor on these latencies.
     """
-    defaults = robot_defaults_layer(robot)
-    known = {entry.name for entry in fields(stages)}  # a walk has fewer sections than a run
-    return load_config(stages, [ConfigLayer(defaults.source, {k: v for k, v in defaults.data.items() if k in known})])
+    layers = robot_defaults_layer(robot), latency_layer(latency, robot, latency_scale)
+    return load_config(stages, [_known(layer, stages) for layer in layers])
+
+
+def _known(layer: ConfigLayer, stages: type) -> ConfigLayer:
+    """The sections of a layer that ``stages`` has: a walk has fewer than a run."""
+    known = {entry.name for entry in fields(stages)}
+    return ConfigLayer(layer.source, {key: value for key, value in layer.data.items() if key in known})
 
 
 def resolve_config(schema: type, scenario: Path | None, options: dict, sets: list[str]):
@@ -43,9 +50,25 @@ def resolve_config(schema: type, scenario: Path | None, options: dict, sets: lis
     layers += [override_layer(text) for text in sets]
     robot = _last(layers, "robot") or DEFAULT_ROBOT
     stages = _stages_type(schema, layers)
+    layers = _with_presets(layers, schema, stages, robot)
     if stages is not schema.stages_type():
         schema = make_dataclass(schema.__name__, [("stages", stages, field(default=None))], bases=(schema,))
-    return load_config(schema, layers, base=schema(robot=robot, stages=default_stages(stages, robot)))
+    own = default_stages(stages, robot, schema.latency, schema.latency_scale)
+    return load_config(schema, layers, base=schema(robot=robot, stages=own))
+
+
+def _with_presets(layers: list[ConfigLayer], schema: type, stages: type, robot: str) -> list[ConfigLayer]:
+    """The layers, each that asks for latencies preceded by these: what it says of single stages itself counts more."""
+    preset, scale, result = schema.latency, schema.latency_scale, []
+    for layer in layers:
+        data = layer.data if isinstance(layer.data, dict) else {}
+        if "latency" in data or "latency_scale" in data:
+            preset, scale = data.get("latency", preset), data.get("latency_scale", scale)
+            load_config(SimulationConfig, [ConfigLayer(layer.source, {"latency": preset, "latency_scale": scale})])
+            asked = _known(latency_layer(preset, robot, scale), stages)
+            result.append(ConfigLayer(asked.source, {"stages": asked.data}))
+        result.append(layer)
+    return result
 
 
 def load_trial_config(

@@ -59,7 +59,7 @@ class WalkTrialConfig(SimulationConfig):
     def __post_init__(self):
         super().__post_init__()
         if self.stages is None:
-            self.stages = default_stages(WalkConfig, self.robot)
+            self.stages = default_stages(WalkConfig, self.robot, self.latency, self.latency_scale)
         check_commands(self.commands)
 
     @property

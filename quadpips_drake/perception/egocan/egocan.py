@@ -123,7 +123,7 @@ def begin_memory(
     (4, 3).
     """
     memory = EgocanMemory.empty(config)
-    if not _usable(images, yaw):
+    if not usable(images, yaw):
         return memory
     X_WE = egocan_frame(images[0].X_WC[:3, 3], yaw)
     ground = scroll_to(memory.ground, X_WE[:3, 3], config.ground)
@@ -142,7 +142,7 @@ def update_memory(memory: EgocanMemory, images: Sequence[AffordanceImage], yaw: 
         yaw: of the base [rad].
         config: of the egocan.
     """
-    if not _usable(images, yaw) or not images[0].stamp > memory.stamp:
+    if not usable(images, yaw) or not images[0].stamp > memory.stamp:
         return memory
     X_WE = egocan_frame(images[0].X_WC[:3, 3], yaw)
     if _jumped(memory, X_WE, config):
@@ -153,7 +153,7 @@ def update_memory(memory: EgocanMemory, images: Sequence[AffordanceImage], yaw: 
     return EgocanMemory(stamp, X_WE, ground, points, normals, labels)
 
 
-def _usable(images: Sequence[AffordanceImage], yaw: float) -> bool:
+def usable(images: Sequence[AffordanceImage], yaw: float) -> bool:
     """Whether the pose of the first camera is known and any camera shows anything."""
     known = np.isfinite(images[0].stamp) and np.isfinite(yaw)
     return bool(known and any(image.depth.size > 0 for image in images))

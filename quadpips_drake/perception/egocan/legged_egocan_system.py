@@ -5,7 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from quadpips_drake.framework.stage import FirstUpdate, Inputs, Stage
-from quadpips_drake.perception.egocan.egocan import EgocanConfig, EgocanMemory, begin_memory, draw_egocan, update_memory
+from quadpips_drake.perception.egocan.egocan import (
+    EgocanConfig,
+    EgocanMemory,
+    begin_memory,
+    draw_egocan,
+    update_memory,
+    usable,
+)
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.images import AffordanceImage, EgocanImage
 from quadpips_drake.values.robot_state import RobotState
@@ -33,6 +40,8 @@ class LeggedEgocan(Stage):
     - egocan: abstract EgocanImage, frame E at the first camera's newest image; NaN where unknown; without content before
       the first image.
     """
+
+    WORTH_A_THREAD = True
 
     def __init__(
         self,
@@ -62,8 +71,8 @@ class LeggedEgocan(Stage):
     def initialize(self, inputs: Inputs, memory: EgocanMemory, time: float) -> EgocanMemory:
         """Assumes ground around the feet and takes in the first images."""
         images, state = [getattr(inputs, name) for name in self._image_ports], inputs.robot_state
-        if not state.is_known:
-            return memory
+        if not state.is_known or not usable(images, float(state.rpy_WB[2])):
+            return memory  # as if there had been no update: the assumption is for the first images
         X_WB = np.eye(4)
         X_WB[:3, :3], X_WB[:3, 3] = state.R_WB, state.p_WB
         p_WG = self._robot.soles_W(self._robot.foot_positions_W(state))
@@ -71,7 +80,7 @@ class LeggedEgocan(Stage):
 
     def update(self, inputs: Inputs, memory: EgocanMemory, time: float) -> EgocanMemory:
         """Takes in the images of this moment."""
-        if self.is_initial(memory):  # there was no estimate of the state until now
+        if self.is_initial(memory):  # there was no estimate of the state, or no image, until now
             return self.initialize(inputs, memory, time)
         images = [getattr(inputs, name) for name in self._image_ports]
         return update_memory(memory, images, float(inputs.robot_state.rpy_WB[2]), self.config)

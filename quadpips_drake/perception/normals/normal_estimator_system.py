@@ -41,6 +41,8 @@ class NormalEstimator(Stage):
       without a pixel when the image has not the expected size; without time, too, when the pose is not finite.
     """
 
+    WORTH_A_THREAD = True
+
     def __init__(
         self,
         X_BC: np.ndarray,

@@ -26,6 +26,8 @@ class RegionExtractor(Stage):
       empty when there is no ground to step on.
     """
 
+    WORTH_A_THREAD = True
+
     def __init__(self, foot_radius: float, config: RegionConfig | None = None, *, timings: StageTimings | None = None):
         """``foot_radius`` in [m]."""
         config = config or RegionConfig()

@@ -41,6 +41,8 @@ class SteppabilitySegmenter(Stage):
       X_WC come with it.
     """
 
+    WORTH_A_THREAD = True
+
     def __init__(
         self,
         X_BC: np.ndarray,

@@ -25,6 +25,8 @@ class SuperpixelSegmenter(Stage):
       itself without memory. Without clusters while the egocan is empty or nothing in it can be stepped on.
     """
 
+    WORTH_A_THREAD = True
+
     def __init__(self, config: SuperpixelConfig | None = None, *, timings: StageTimings | None = None):
         config, memory = config or SuperpixelConfig(), SuperpixelImage.empty()
         super().__init__("superpixel_segmenter", config, memory=memory, label="superpixels", timings=timings)

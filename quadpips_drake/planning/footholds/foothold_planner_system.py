@@ -32,6 +32,8 @@ class FootholdPlanner(Stage):
     - plan: PlanSketch, frame W: the same to draw.
     """
 
+    WORTH_A_THREAD = True
+
     def __init__(self, robot, config: FootholdConfig | None = None, *, timings: StageTimings | None = None):
         config = config or FootholdConfig()
         super().__init__("foothold_planner", config, memory=FootholdPlan.empty(), label="foothold_search", timings=timings)
@@ -41,9 +43,11 @@ class FootholdPlanner(Stage):
         self.declare_output("foothold_plan", FootholdPlan)
         self.declare_output("plan", PlanSketch, FootholdPlan.sketch)
 
+    def occasion(self, inputs: Inputs) -> int | None:
+        """A new torso path."""
+        return inputs.torso_path.request_id or None
+
     def update(self, inputs: Inputs, memory: FootholdPlan, time: float) -> FootholdPlan:
-        """Plans if there is a new torso path."""
+        """Plans along the path."""
         path = inputs.torso_path
-        if path.request_id in (0, memory.request_id):
-            return memory
         return search_footholds(inputs.robot_state, path.regions, path, self._robot, self.config)

@@ -43,6 +43,8 @@ class TorsoPlanner(Stage):
       when nothing was found. Looks for a new request at ``config.rate`` (30 Hz).
     """
 
+    WORTH_A_THREAD = True
+
     def __init__(self, robot, config: TorsoConfig | None = None, *, timings: StageTimings | None = None):
         config = config or TorsoConfig()
         super().__init__("torso_planner", config, memory=_Memory(TorsoPath.empty()), label="torso_search", timings=timings)
@@ -52,11 +54,13 @@ class TorsoPlanner(Stage):
         self.declare_input("plan_request", PlanRequest)
         self.declare_output("torso_path", TorsoPath, lambda memory: memory.path)
 
+    def occasion(self, inputs: Inputs) -> int | None:
+        """A new request."""
+        return inputs.plan_request.id or None
+
     def update(self, inputs: Inputs, memory: _Memory, time: float) -> _Memory:
-        """Plans if there is a new request."""
+        """Plans as requested."""
         request = inputs.plan_request
-        if request.id in (0, memory.path.request_id):
-            return memory
         state, regions, ground = inputs.robot_state, inputs.region_set, memory.ground
         if self.config.assume_start_ground and memory.path.request_id == 0:
             ground = self._unseen_ground(state, regions)

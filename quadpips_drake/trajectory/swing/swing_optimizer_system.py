@@ -49,6 +49,8 @@ class SwingTrajectoryOptimizer(Stage):
     - swing_plan: SwingPlan, the reference with a report on every swing.
     """
 
+    WORTH_A_THREAD = True
+
     def __init__(
         self, robot: RobotModel, config: SwingOptimizerConfig | None = None, *, timings: StageTimings | None = None
     ):
@@ -72,11 +74,14 @@ class SwingTrajectoryOptimizer(Stage):
         self.declare_output("status", StageStatus, _status)
         self.declare_output("swing_plan", SwingPlan, lambda memory: memory.plan)
 
-    def update(self, inputs: Inputs, memory: _Memory, time: float) -> _Memory:
-        """Optimises the swings if there is a new foothold plan."""
+    def occasion(self, inputs: Inputs) -> int | None:
+        """A new foothold plan that leads somewhere."""
         plan = inputs.foothold_plan
-        if plan.request_id <= memory.plan.reference.request_id or not plan.success:
-            return memory
+        return plan.request_id if plan.success else None
+
+    def update(self, inputs: Inputs, memory: _Memory, time: float) -> _Memory:
+        """Optimises the swings of the foothold plan."""
+        plan = inputs.foothold_plan
         x0 = self._optimizer.model.state_from_robot_state(inputs.robot_state)
         result = self._optimizer.optimize(x0, plan, time)
         for report in result.reports:
