@@ -51,6 +51,10 @@ class _Remembered(NamedTuple):
     results: tuple
     """((time, memory), ...): since when outputs show it, from what they show now on to the newest."""
 
+    def __deepcopy__(self, memo):
+        # Never changed in place; Drake copies the state of all systems at each step of the physics.
+        return self
+
 
 class FirstUpdate(Enum):
     """When a stage with a rate computes for the first time."""
