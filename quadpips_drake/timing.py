@@ -31,6 +31,10 @@ class StageTimings:
         """Files one duration [s] that was measured elsewhere (a solver's own clock, say)."""
         self._samples[stage].append(seconds)
 
+    def samples(self) -> dict[str, list[float]]:
+        """All durations [s] so far, by stage."""
+        return {stage: list(samples) for stage, samples in self._samples.items()}
+
     def summary_ms(self) -> dict:
         """Returns ``{stage: {"n", "p50", "p95", "max", "total"}}`` in milliseconds."""
         summary = {}

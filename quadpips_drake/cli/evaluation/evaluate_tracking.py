@@ -50,12 +50,12 @@ def gaits(
     from quadpips_drake.benchmark import gait_study
     from quadpips_drake.benchmark.study_pool import load_results
 
-    known, numbers = _known_robots(robots), _seeds(seeds)
+    known, numbers = known_robots(robots), known_seeds(seeds)
     with ResultDirectory(out, ()):  # what it holds is kept, and added to
         results = load_results(out / gait_study.STORE)
         done = gait_study.run_gaits(known, numbers, out, results, duration=duration, workers=workers)
     say(gait_study.table(done.results))
-    raise typer.Exit(_status(done))
+    raise typer.Exit(status_of(done))
 
 
 def robustness(
@@ -79,15 +79,15 @@ def robustness(
     for name in names:
         if name not in DISTURBANCES:
             raise unknown_name("disturbance", name, DISTURBANCES)
-    known, numbers = _known_robots(robots), _seeds(seeds)
+    known, numbers = known_robots(robots), known_seeds(seeds)
     with ResultDirectory(out, ()):  # what it holds is kept, and added to
         results = load_results(out / study.STORE)
         done = study.run_robustness(known, names, numbers, out, results, bisect=not target_only, workers=workers)
     say(study.table(done.results, known, names))
-    raise typer.Exit(_status(done))
+    raise typer.Exit(status_of(done))
 
 
-def _status(done) -> int:
+def status_of(done) -> int:
     """Exit status of a study, and a line when something is missing in it."""
     if not done.failed:
         return SUCCESS
@@ -95,7 +95,8 @@ def _status(done) -> int:
     return FAILURE
 
 
-def _known_robots(text: str) -> list[str]:
+def known_robots(text: str) -> list[str]:
+    """The robots of ``A,B``; raises UserInputError for an unknown one."""
     from quadpips_drake.robots.robot_library import robot_names
 
     names = text.split(",")
@@ -105,7 +106,8 @@ def _known_robots(text: str) -> list[str]:
     return names
 
 
-def _seeds(text: str) -> list[int]:
+def known_seeds(text: str) -> list[int]:
+    """The seeds of ``N,N,...``; raises UserInputError where it is not of that form."""
     try:
         seeds = [int(word) for word in text.split(",")]
     except ValueError:
