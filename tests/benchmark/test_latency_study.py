@@ -14,9 +14,9 @@ TIMES = {
     "anymal_c/flat/0": {
         "normals": [0.004] * 10,
         "self_filter": [0.001] * 10,
-        "centroidal_mpc": list(np.arange(1, 11) / 1e3),
+        "centroidal_mpc": [k / 1e3 for k in range(1, 11)],
     },
-    "anymal_c/flat/1": {"centroidal_mpc": list(np.arange(11, 21) / 1e3), "regions": [0.002], "torso_search": [0.03]},
+    "anymal_c/flat/1": {"centroidal_mpc": [k / 1e3 for k in range(11, 21)], "regions": [0.002], "torso_search": [0.03]},
     "go2/flat/0": {"centroidal_mpc": [0.002]},
 }
 
