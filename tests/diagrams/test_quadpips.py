@@ -51,6 +51,18 @@ def test_same_seed_same_log_to_the_bit():
     assert not np.array_equal(first["p_WB"], other["p_WB"])
 
 
+def test_a_second_thread_changes_no_bit():
+    def log(threads):
+        trial = Trial(config(terrain="stepping_stones", duration=1.8, seed=3, latency="measured", threads=threads))
+        trial.run()
+        assert trial.result().timings_ms["swing_optimization"]["n"] == 1
+        return trial.log.arrays()
+
+    alone, beside = log(1), log(2)
+    assert alone["phase"][-1] == 3, "it is expected to walk by then"
+    assert all(np.array_equal(alone[key], beside[key], equal_nan=True) for key in alone)
+
+
 def test_no_foothold_is_planned_into_the_pit():
     trial = Trial(config(terrain="stepping_stones", duration=1.5, seed=1))
     trial.run()
