@@ -1,6 +1,7 @@
 """The ground as a plane, estimated from where the feet stand."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -25,7 +26,7 @@ class GroundPlane(ImmutableValue):
         """Height [m] below points ``xy`` (..., 2) [m]."""
         return self.height + (np.asarray(xy) - self.origin) @ self.slope
 
-    @property
+    @cached_property
     def normal(self) -> np.ndarray:
         """Upward unit normal, (3,)."""
         normal = np.array([-self.slope[0], -self.slope[1], 1.0])

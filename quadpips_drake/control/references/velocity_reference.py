@@ -140,8 +140,8 @@ class VelocityWalk:
         still = bool(np.all(np.abs(velocity) <= STILL))
         pose = memory.pose if still else advance(memory.pose, velocity, dt)
         pose = self._leashed(pose, state) if walking else pose
-        touched, ground = self._ground(memory, state, timeline, dt)
         schedule = timeline.schedule(now, now + c.horizon + timeline.gait.duration)
+        touched, ground = self._ground(memory, state, schedule.at(now), dt)
         settled = self._settled(memory.reference, now)
         reference = self._reference(now, pose, velocity, ground, schedule, state, settled)
         still_since = min(memory.still_since, now) if still else np.inf
@@ -189,10 +189,13 @@ class VelocityWalk:
         turn = np.clip(wrap_angle(pose[2] - state.rpy_WB[2]), -self._config.yaw_leash, self._config.yaw_leash)
         return np.array([*(state.p_WB[:2] + offset), state.rpy_WB[2] + turn])
 
-    def _ground(self, memory: WalkMemory, state: RobotState, timeline: GaitTimeline, dt: float):
-        """Where the feet touched the ground last (4, 3), and the plane through these points, low-passed."""
+    def _ground(self, memory: WalkMemory, state: RobotState, planned: np.ndarray, dt: float):
+        """Where the feet touched the ground last (4, 3), and the plane through these points, low-passed.
+
+        ``planned``: which feet are to be down now, bool (4,).
+        """
         c = self._config
-        down = state.contacts & timeline.schedule(state.stamp, state.stamp + 0.1).at(state.stamp)
+        down = state.contacts & planned
         radius = self._robot.foot_radius
         feet = self._robot.foot_positions_W(state)
         touched = np.where(down[:, None], feet - radius * memory.ground.normal, memory.touched)
