@@ -46,12 +46,31 @@ class _ScatteredMatrix:
             data[:] = np.bincount(self._slots, weights=values, minlength=len(data))
 
 
-class ProgramMatrices:
+class QuadraticMatrices:
+    """A quadratic program as the solvers see it; sparse matrices are ``scipy.sparse.csc_matrix``."""
+
+    num_vars: int
+    P: sp.csc_matrix
+    """Upper triangle."""
+    c: np.ndarray
+    A: sp.csc_matrix
+    b: np.ndarray
+    G: sp.csc_matrix
+    h_l: np.ndarray
+    h_u: np.ndarray
+    x_l: np.ndarray
+    x_u: np.ndarray
+
+    def cost(self, x) -> float:
+        """Value of the cost at ``x``, constants left out."""
+        upper = self.P @ x
+        return float(x @ upper - 0.5 * (x * self.P.diagonal()) @ x + self.c @ x)
+
+
+class ProgramMatrices(QuadraticMatrices):
     """The quadratic program in ``prog`` as matrices, and the bookkeeping to refill them when coefficients change.
 
-    Attributes: ``P`` (upper triangle), ``c``, ``A``, ``b``, ``G``, ``h_l``, ``h_u``, ``x_l``, ``x_u``; sparse matrices are
-    ``scipy.sparse.csc_matrix``. Rows of a constraint and variables whose bounds coincide appear in A, as an interior-point
-    method needs.
+    Rows of a constraint and variables whose bounds coincide appear in A, as an interior-point method needs.
     """
 
     def __init__(self, prog: MathematicalProgram):
@@ -173,11 +192,6 @@ class ProgramMatrices:
             (int((~equality_rows).sum()), self.num_vars),
         )
         self.A, self.G = self._equalities.matrix, self._inequalities.matrix
-
-    def cost(self, x) -> float:
-        """Value of the cost at ``x``, constants left out."""
-        upper = self.P @ x
-        return float(x @ upper - 0.5 * (x * self.P.diagonal()) @ x + self.c @ x)
 
 
 def _selection(flags):

@@ -13,7 +13,7 @@ from pydrake.solvers import (
     SolverInterface,
 )
 
-from quadpips_drake.solvers.program_matrices import ProgramMatrices, is_quadratic_program
+from quadpips_drake.solvers.program_matrices import ProgramMatrices, QuadraticMatrices, is_quadratic_program
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,9 @@ class SolveDetails:
 
 @dataclass
 class _CacheEntry:
-    matrices: ProgramMatrices
-    bare_program: MathematicalProgram
+    matrices: QuadraticMatrices
+    """Kept alive by the entry, so no other object gets its identity."""
+    bare_program: MathematicalProgram | None = None
     """The same decision variables and nothing else, see ``QpSolver.Solve``."""
     backend: object = None
 
@@ -53,8 +54,9 @@ class QpSolver(SolverInterface):
     copying of those coefficients. A program is recognised by the identity of its costs and constraints, so do not bind the
     same evaluator object to other variables.
 
-    Two ways to use it: ``Solve(prog, x0, options, result)`` is Drake's interface; ``solve_program(prog)`` returns the
-    solution and a ``SolveDetails``, which a MathematicalProgramResult cannot carry from Python.
+    Three ways to use it: ``Solve(prog, x0, options, result)`` is Drake's interface; ``solve_program(prog)`` returns the
+    solution and a ``SolveDetails``, which a MathematicalProgramResult cannot carry from Python; ``solve_matrices(matrices)``
+    does the same for a program whose owner fills the matrices himself.
     """
 
     _CACHE_SIZE = 8
@@ -63,7 +65,7 @@ class QpSolver(SolverInterface):
     def __init__(self, settings: dict):
         SolverInterface.__init__(self)
         self._settings = settings
-        self._cache: OrderedDict[tuple, _CacheEntry] = OrderedDict()
+        self._cache: OrderedDict[tuple | int, _CacheEntry] = OrderedDict()
 
     # Drake's virtual methods.
     def available(self):
@@ -105,7 +107,22 @@ class QpSolver(SolverInterface):
         """Returns the solution (NaN when there is none) and the ``SolveDetails``."""
         start = time.perf_counter()
         entry, changed = self._structure(prog)
-        conversion_time = time.perf_counter() - start
+        return self._solve_entry(entry, changed, initial_guess, options, time.perf_counter() - start)
+
+    def solve_matrices(
+        self, matrices: QuadraticMatrices, initial_guess=None, options: dict | None = None
+    ) -> tuple[np.ndarray, SolveDetails]:
+        """As ``solve_program`` for a program that is kept as matrices; they are recognised by the identity of the object,
+        and their patterns never change."""
+        entry = self._cache.get(id(matrices))
+        known = entry is not None
+        if known:
+            self._cache.move_to_end(id(matrices))
+        else:
+            entry = self._keep(id(matrices), _CacheEntry(matrices))
+        return self._solve_entry(entry, not known, initial_guess, options, 0.0)
+
+    def _solve_entry(self, entry, changed, initial_guess, options, conversion_time):
         settings = {**self._settings, **(options or {})}
         start = time.perf_counter()
         x, result, status, iterations, residuals = self._solve_matrices(entry, changed, settings, initial_guess)
@@ -122,12 +139,15 @@ class QpSolver(SolverInterface):
             return entry, entry.matrices.refill()
         bare_program = MathematicalProgram()
         bare_program.AddDecisionVariables(prog.decision_variables())
-        entry = _CacheEntry(ProgramMatrices(prog), bare_program)
+        matrices = ProgramMatrices(prog)
         # The entry's own signature: pydrake's wrappers of the evaluators keep their identity only from now on.
-        self._cache[entry.matrices.signature] = entry
+        return self._keep(matrices.signature, _CacheEntry(matrices, bare_program)), True
+
+    def _keep(self, key, entry: _CacheEntry) -> _CacheEntry:
+        self._cache[key] = entry
         while len(self._cache) > self._CACHE_SIZE:
             self._cache.popitem(last=False)
-        return entry, True
+        return entry
 
     def _solve_matrices(self, entry, changed, settings, initial_guess):
         """Returns x, SolutionResult, status word, iterations, (primal residual, dual residual)."""

@@ -8,6 +8,7 @@ from quadpips_drake.math.rotations import roll_pitch_yaw_rates, rotation_derivat
 from quadpips_drake.math.small_algebra import (
     add,
     cross,
+    dot,
     inverse_3x3,
     scale,
     store,
@@ -38,42 +39,39 @@ def base_twist_derivatives(tree, x, u, kinematics, rotation, rotation_angles):
     by the state, w_u, s_u (3, 12) by the joint rates; then mass, c (3,), dc/dq (3, 12).
     """
     axes, origins, coms, inertias, _ = kinematics
-    rates = u[JOINT_RATES:]
     mass, center, center_jacobian, inertia, joint_momentum = composite_terms(tree, axes, origins, coms, inertias)
     inverse = inverse_3x3(inertia)
     k = scale(mass, vector(x[ANGULAR:]))
-    momentum = np.empty(3)
-    store(momentum, transpose_times(rotation, k))
-    w = inverse @ (momentum - joint_momentum @ rates)
-    center_rate = center_jacobian @ rates
-    s = np.empty(3)
-    store(s, add(cross(w, center), center_rate))
+    momentum, center_rate = transpose_times(rotation, k), (0.0, 0.0, 0.0)
+    for j in range(12):
+        rate = u[JOINT_RATES + j]
+        momentum = subtract(momentum, scale(rate, vector(joint_momentum[:, j])))
+        center_rate = add(center_rate, scale(rate, vector(center_jacobian[:, j])))
+    w = times(inverse, momentum)
+    s = add(cross(w, center), center_rate)
     center_rate_q, momentum_q = momentum_derivatives(
-        tree, axes, origins, coms, inertias, mass, center, center_jacobian, w, rates
+        tree, axes, origins, coms, inertias, mass, center, center_jacobian, w, u[JOINT_RATES:]
     )
     w_x, s_x = np.zeros((3, STATE_SIZE)), np.zeros((3, STATE_SIZE))
-    w_u, s_u = -(inverse @ joint_momentum), np.empty((3, 12))
-    for i in range(3):
-        for j in range(3):
-            w_x[i, ANGULAR + j] = mass * (
-                inverse[i, 0] * rotation[j, 0] + inverse[i, 1] * rotation[j, 1] + inverse[i, 2] * rotation[j, 2]
-            )
+    w_u, s_u = np.empty((3, 12)), np.empty((3, 12))
     for i in range(3):
         turned = times(inverse, transpose_times(rotation_angles[i], k))
         for j in range(3):
             w_x[j, ANGLES + i] = turned[j]
-    w_x[:, JOINTS:] = -(inverse @ momentum_q)
-    for i in range(STATE_SIZE):
-        lever = cross(w_x[:, i], center)
-        if i >= JOINTS:
-            lever = add(lever, cross(w, center_jacobian[:, i - JOINTS]))
-            lever = add(lever, center_rate_q[:, i - JOINTS])
-        for j in range(3):
-            s_x[j, i] = lever[j]
+            w_x[j, ANGULAR + i] = mass * dot(inverse[j], rotation[i])
+    for i in range(ANGULAR, JOINTS):
+        if i < POSITION or i >= ANGLES:
+            lever = cross(w_x[:, i], center)
+            for j in range(3):
+                s_x[j, i] = lever[j]
     for i in range(12):
-        lever = add(cross(w_u[:, i], center), center_jacobian[:, i])
+        moved, by_rate = vector(center_jacobian[:, i]), scale(-1.0, times(inverse, joint_momentum[:, i]))
+        by_angle = scale(-1.0, times(inverse, momentum_q[:, i]))
+        lever = add(add(cross(by_angle, center), cross(w, moved)), vector(center_rate_q[:, i]))
+        lever_rate = add(cross(by_rate, center), moved)
         for j in range(3):
-            s_u[j, i] = lever[j]
+            w_x[j, JOINTS + i], s_x[j, JOINTS + i] = by_angle[j], lever[j]
+            w_u[j, i], s_u[j, i] = by_rate[j], lever_rate[j]
     return w, s, w_x, s_x, w_u, s_u, mass, center, center_jacobian
 
 

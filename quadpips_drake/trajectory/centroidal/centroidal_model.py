@@ -52,6 +52,8 @@ def lumped_tree(robot: RobotModel) -> KinematicTree:
     mass, center, _, inertia, _ = composite_terms(tree, axes, origins, coms, inertias)
     masses, centers, moments = np.zeros(13), np.zeros((13, 3)), np.zeros((13, 3, 3))
     masses[0], centers[0], moments[0] = mass, center, inertia
+    for array in (masses, centers, moments):  # as the robot's own are: compiled functions tell them apart
+        array.flags.writeable = False
     return tree._replace(link_mass=masses, link_com=centers, link_inertia=moments)
 
 
@@ -150,7 +152,8 @@ class CentroidalModel:
 
 
 def _contiguous(a):
-    return np.ascontiguousarray(a, dtype=float)
+    """A copy, so that compiled functions see one kind of array: read-only ones would have them compiled twice."""
+    return np.array(a, dtype=float, order="C")
 
 
 __all__ = ["MODEL_KINDS", "CentroidalModel", "lumped_tree"]

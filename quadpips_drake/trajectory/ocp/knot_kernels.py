@@ -7,8 +7,9 @@ from numba import njit
 
 from quadpips_drake.robots.kinematic_tree import KinematicTree
 from quadpips_drake.trajectory.centroidal.centroidal_derivatives import dynamics_derivatives, knot_derivatives
-from quadpips_drake.trajectory.centroidal.centroidal_kernels import JOINT_RATES, JOINTS
-from quadpips_drake.trajectory.ocp.projection import NUM_FREE, project_inputs
+from quadpips_drake.trajectory.centroidal.centroidal_kernels import ANGULAR, JOINT_RATES, JOINTS
+from quadpips_drake.trajectory.ocp.projection import project_inputs
+from quadpips_drake.trajectory.ocp.reduction import PACKED, STAGE, reduce_cost, reduce_dynamics
 from quadpips_drake.trajectory.ocp.terms.foothold_region import add_foothold_region
 from quadpips_drake.trajectory.ocp.terms.friction_cone import INACTIVE_BOUND, friction_pyramid
 from quadpips_drake.trajectory.ocp.terms.joint_limits import add_box_limits, add_torque_limits
@@ -17,9 +18,9 @@ from quadpips_drake.trajectory.ocp.terms.swing_foot import swing_foot
 from quadpips_drake.trajectory.ocp.terms.tracking_cost import add_angular_momentum_tracking, add_foot_tracking, add_tracking
 from quadpips_drake.trajectory.ocp.terms.zero_force import zero_force
 from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE, CentroidalState
+from quadpips_drake.values.legs import NUM_JOINTS
 
-STATES, INPUTS, FREE = STATE_SIZE, INPUT_SIZE, NUM_FREE
-STAGE = STATES + FREE
+STATES, INPUTS = STATE_SIZE, INPUT_SIZE
 YAW = CentroidalState.YAW
 _MAX_GAIN_TIMES_STEP = 0.8
 
@@ -39,7 +40,8 @@ class OcpParameters(NamedTuple):
     foothold_barrier: tuple
     position_lower: np.ndarray
     position_upper: np.ndarray
-    velocity_limits: np.ndarray
+    velocity_lower: np.ndarray
+    velocity_upper: np.ndarray
     torque_limits: np.ndarray
     stance_gain: float
     swing_gain: float
@@ -68,17 +70,19 @@ class KnotBlocks(NamedTuple):
     """Quadratic model of n knots in z = [dx; w] and what leads back to du."""
 
     hessian: np.ndarray
-    """(n, 36, 36)"""
+    """(n, 36, 36), lower triangles row by row (see ``reduction.unpacked``): (n, 666)."""
     gradient: np.ndarray
     """(n, 36)"""
     dynamics: np.ndarray
     """dx_{k+1} = dynamics z + defect, (n, 24, 36)."""
     defect: np.ndarray
     """(n, 24)"""
-    input_map: np.ndarray
-    """du = input_change + input_map z, (n, 24, 36)."""
     input_change: np.ndarray
-    """(n, 24)"""
+    """du where z = 0, (n, 24)."""
+    force_scale: np.ndarray
+    """d(forces) = input_change[:12] + force_scale w, (n, 12)."""
+    rate_map: np.ndarray
+    """d(joint velocities) = input_change[12:] + rate_map z, (n, 12, 36)."""
     friction_rows: np.ndarray
     """friction_rows w_leg >= friction_bounds, (n, 4, 4, 3)."""
     friction_bounds: np.ndarray
@@ -91,18 +95,36 @@ class KnotBlocks(NamedTuple):
 
 def make_blocks(n: int) -> KnotBlocks:
     """Allocates blocks for n knots."""
-    shapes = ((n, STAGE, STAGE), (n, STAGE), (n, STATES, STAGE), (n, STATES), (n, INPUTS, STAGE), (n, INPUTS))
-    return KnotBlocks(*(np.zeros(s) for s in (*shapes, (n, 4, 4, 3), (n, 4, 4), (n,), (n,))))
+    model = (PACKED,), (STAGE,), (STATES, STAGE), (STATES,)
+    inputs = (INPUTS,), (NUM_JOINTS,), (NUM_JOINTS, STAGE)
+    return KnotBlocks(*(np.zeros((n, *shape)) for shape in (*model, *inputs, (4, 4, 3), (4, 4), (), ())))
 
 
 @njit(cache=True)
-def _discrete_dynamics(tree, x, u, x_next, dt, f, a, b, dynamics, defect):
-    """Midpoint rule (second-order Runge-Kutta) with its sensitivities, (24, 48); f, a, b hold the values at (x, u)."""
-    f_mid, a_mid, b_mid = np.empty(STATES), np.empty((STATES, STATES)), np.empty((STATES, INPUTS))
-    dynamics_derivatives(tree, x + 0.5 * dt * f, u, f_mid, a_mid, b_mid)
-    dynamics[:, :STATES] = dt * a_mid + (0.5 * dt * dt) * (a_mid @ a)
-    dynamics[:, STATES:] = dt * b_mid + (0.5 * dt * dt) * (a_mid @ b)
-    for i in range(STATES):
+def _discrete_dynamics(tree, x, u, x_next, dt, f, a, b, work, dynamics, defect):
+    """Midpoint rule (second-order Runge-Kutta) with its sensitivities, (24, 48); f, a, b hold the values at (x, u).
+
+    Only the rates of angular momentum, base position and attitude depend on the state; those of the joints are inputs.
+    """
+    middle, f_mid, a_mid, b_mid = work
+    states, inputs = b.shape
+    for i in range(states):
+        middle[i] = x[i] + 0.5 * dt * f[i]
+    dynamics_derivatives(tree, middle, u, f_mid, a_mid, b_mid)
+    for i in range(states):
+        for j in range(states):
+            dynamics[i, j] = dt * a_mid[i, j]
+        for j in range(inputs):
+            dynamics[i, states + j] = dt * b_mid[i, j]
+        if ANGULAR <= i < JOINTS:
+            for k in range(JOINTS):
+                part = 0.5 * dt * dt * a_mid[i, k]
+                for j in range(states):
+                    dynamics[i, j] += part * a[k, j]
+                for j in range(inputs):
+                    dynamics[i, states + j] += part * b[k, j]
+            for j in range(NUM_JOINTS):
+                dynamics[i, states + JOINT_RATES + j] += 0.5 * dt * dt * a_mid[i, JOINTS + j]
         dynamics[i, i] += 1.0
         defect[i] = x[i] + dt * f_mid[i] - x_next[i]
 
@@ -122,8 +144,10 @@ def _stage_cost(parameters, task, k, x, u, dt, feet, geometry, hessian, linear):
         x[JOINTS:], parameters.position_lower, parameters.position_upper, mu, delta, dt, JOINTS, hessian, linear
     )
     mu, delta = parameters.velocity_barrier
-    limits = parameters.velocity_limits
-    cost += add_box_limits(u[JOINT_RATES:], -limits, limits, mu, delta, dt, STATES + JOINT_RATES, hessian, linear)
+    cost += add_box_limits(
+        u[JOINT_RATES:], parameters.velocity_lower, parameters.velocity_upper, mu, delta, dt, STATES + JOINT_RATES,
+        hessian, linear,
+    )  # fmt: skip
     mu, delta = parameters.torque_barrier
     cost += add_torque_limits(
         u, rotation, rotation_angles, axes, origins, feet_b, parameters.torque_limits, mu, delta, dt, hessian, linear
@@ -132,9 +156,10 @@ def _stage_cost(parameters, task, k, x, u, dt, feet, geometry, hessian, linear):
     for leg in range(4):
         if task.stance[k, leg]:
             normals, offsets = task.halfspace_normals[k, leg], task.halfspace_offsets[k, leg]
-            cost += add_foothold_region(p[leg], p_x[leg], normals, offsets, mu, delta, dt, hessian, linear)
+            cost += add_foothold_region(leg, p[leg], p_x[leg], normals, offsets, mu, delta, dt, hessian, linear)
         else:  # where a stance foot is and how it moves is not up to the inputs, so it is not tracked
             cost += add_foot_tracking(
+                leg,
                 p[leg],
                 v[leg],
                 task.foot_ref_p[k, leg],
@@ -158,7 +183,8 @@ def _input_constraints(parameters, task, k, u, dt, feet, change, by_state, by_ra
     stance_gain = min(parameters.stance_gain, _MAX_GAIN_TIMES_STEP / dt)
     swing_gain = min(parameters.swing_gain, _MAX_GAIN_TIMES_STEP / dt)
     row, violation = 0, 0.0
-    direction = np.zeros(3)
+    direction = np.empty(3)
+    change[:] = 0.0
     for leg in range(4):
         p_ref, v_ref = task.foot_ref_p[k, leg], task.foot_ref_v[k, leg]
         if task.stance[k, leg]:
@@ -169,11 +195,10 @@ def _input_constraints(parameters, task, k, u, dt, feet, change, by_state, by_ra
         # Newtons weigh a hundredth of metres per second here, so that neither drowns the other.
         violation += zero_force(leg, u, change) / parameters.force_unit**2
         for i in range(parameters.swing_directions):
-            if parameters.swing_directions == 1:
-                direction[:] = task.surface_normal[k, leg]
-            else:
-                direction[:] = 0.0
-                direction[i] = 1.0
+            for j in range(3):
+                direction[j] = 1.0 if i == j else 0.0
+                if parameters.swing_directions == 1:
+                    direction[j] = task.surface_normal[k, leg, j]
             row = swing_foot(
                 p[leg], v[leg], p_ref, v_ref, direction, p_x[leg], v_x[leg], v_u[leg], swing_gain, row, by_state, by_rates,
                 residual,
@@ -190,48 +215,44 @@ def _friction(parameters, task, k, u, rows, bounds):
     for leg in range(4):
         if task.stance[k, leg]:
             friction_pyramid(task.surface_normal[k, leg], task.x_ref[k, YAW], slope, rows[leg])
-            bounds[leg] = slope * parameters.min_normal_force - rows[leg] @ u[3 * leg : 3 * leg + 3]
-            rows[leg] *= parameters.force_unit
+            for i in range(4):
+                bounds[leg, i] = slope * parameters.min_normal_force
+                for j in range(3):
+                    bounds[leg, i] -= rows[leg, i, j] * u[3 * leg + j]
+                    rows[leg, i, j] *= parameters.force_unit
         else:
             rows[leg] = 0.0
             bounds[leg] = INACTIVE_BOUND
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def approximate_knots(parameters, task, states, inputs, blocks):
     """Fills ``blocks`` with the linear-quadratic approximation about states (n + 1, 24) and inputs (n, 24)."""
     f, a, b = np.empty(STATES), np.empty((STATES, STATES)), np.empty((STATES, INPUTS))
+    work = np.empty(STATES), np.empty(STATES), np.empty((STATES, STATES)), np.empty((STATES, INPUTS))
     p, v = np.empty((4, 3)), np.empty((4, 3))
     p_x, v_x, v_u = np.empty((4, 3, STATES)), np.empty((4, 3, STATES)), np.empty((4, 3, INPUTS))
+    feet = (p, v, p_x, v_x, v_u)
     hessian, linear = np.empty((STATES + INPUTS, STATES + INPUTS)), np.empty(STATES + INPUTS)
     dynamics = np.empty((STATES, STATES + INPUTS))
     by_state, by_rates, residual = np.empty((12, STATES)), np.empty((12, 12)), np.empty(12)
-    full_map, offset = np.zeros((STATES + INPUTS, STAGE)), np.zeros(STATES + INPUTS)
-    free = np.empty(FREE, np.bool_)
-    for i in range(STATES):
-        full_map[i, i] = 1.0
+    free = np.empty(12, np.bool_)
     for k in range(len(inputs)):
         x, u, dt = states[k], inputs[k], task.times[k + 1] - task.times[k]
+        defect, change, scale, rate_map = blocks.defect[k], blocks.input_change[k], blocks.force_scale[k], blocks.rate_map[k]
         geometry = knot_derivatives(parameters.tree, x, u, f, a, b, p, v, p_x, v_x, v_u)
-        feet = (p, v, p_x, v_x, v_u)
-        defect, change = blocks.defect[k], blocks.input_change[k]
-        _discrete_dynamics(parameters.tree, x, u, states[k + 1], dt, f, a, b, dynamics, defect)
+        _discrete_dynamics(parameters.tree, x, u, states[k + 1], dt, f, a, b, work, dynamics, defect)
         hessian[:, :] = 0.0
         linear[:] = 0.0
         blocks.costs[k] = _stage_cost(parameters, task, k, x, u, dt, feet, geometry, hessian, linear)
-        change[:] = 0.0
         rows, violation = _input_constraints(parameters, task, k, u, dt, feet, change, by_state, by_rates, residual)
-        blocks.violations[k] = defect @ defect + dt * violation
+        violation *= dt
+        for i in range(STATES):
+            violation += defect[i] * defect[i]
+        blocks.violations[k] = violation
         project_inputs(
-            task.stance[k], rows, by_state, by_rates, residual, parameters.force_unit, change, blocks.input_map[k], free
+            task.stance[k], rows, by_state, by_rates, residual, parameters.force_unit, change, scale, rate_map, free
         )
         _friction(parameters, task, k, u, blocks.friction_rows[k], blocks.friction_bounds[k])
-        full_map[STATES:] = blocks.input_map[k]
-        offset[STATES:] = change
-        blocks.dynamics[k] = dynamics @ full_map
-        defect += dynamics @ offset
-        blocks.gradient[k] = full_map.T @ (linear + hessian @ offset)
-        blocks.hessian[k] = full_map.T @ (hessian @ full_map)
-        for i in range(FREE):
-            if not free[i]:  # an entry of w without effect: any curvature will do
-                blocks.hessian[k, STATES + i, STATES + i] = 1.0
+        reduce_dynamics(scale, change, rate_map, dynamics, blocks.dynamics[k], defect)
+        reduce_cost(scale, change, rate_map, free, hessian, linear, blocks.hessian[k], blocks.gradient[k])

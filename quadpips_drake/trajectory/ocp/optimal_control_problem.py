@@ -10,10 +10,11 @@ import numpy as np
 
 from quadpips_drake.math.angles import whole_turns
 from quadpips_drake.math.constants import GRAVITY
-from quadpips_drake.solvers.registry import make_solver, solve_program
+from quadpips_drake.solvers.registry import make_solver
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.knot_kernels import OcpParameters, approximate_knots, make_blocks
 from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
+from quadpips_drake.trajectory.ocp.reduction import unpacked
 from quadpips_drake.trajectory.ocp.stage_program import StageProgram
 from quadpips_drake.trajectory.ocp.terms.terminal_cost import regulator_cost, turned_to_yaw
 from quadpips_drake.trajectory.ocp.tracking_task import Guess, OcpSolution, TrackingTask, shift_guess
@@ -40,8 +41,8 @@ class OptimalControlProblem:
     def __init__(self, model: CentroidalModel, config: OcpConfig, num_knots: int):
         self.model, self.config, self.num_knots = model, config, num_knots
         self._parameters = _parameters(model, config)
-        self._blocks = make_blocks(num_knots)
         self._program = StageProgram(num_knots)
+        self._blocks = self._program.blocks
         self._solver = make_solver(config.solver, config.qp_tolerance)
         self._terminal_cost = (
             self._regulator_cost() if config.terminal_cost_scale > 0 else np.zeros((STATE_SIZE, STATE_SIZE))
@@ -159,16 +160,16 @@ class OptimalControlProblem:
         """Returns the step (dX, dU) or None."""
         start = time.perf_counter()
         error = states[-1] - arrays.x_ref[-1]
-        self._program.update(self._blocks, x0 - states[0], self._terminal_hessian, self._terminal_hessian @ error)
+        self._program.update(x0 - states[0], self._terminal_hessian, self._terminal_hessian @ error)
         update_time = time.perf_counter() - start
-        solution, details = solve_program(solver or self._solver, self._program.prog)
+        solution, details = self._program.solve(solver or self._solver)
         clock.times["assembly_time"] += update_time + details.conversion_time
         clock.times["qp_time"] += details.solve_time
         clock.qp_iterations += details.iterations
         if not details.success:
             clock.failure = details.status
             return None
-        state_steps, input_steps = self._program.steps(solution, self._blocks)
+        state_steps, input_steps = self._program.steps(solution)
         state_steps[0] = x0 - states[0]  # known, however tolerant the solver
         return state_steps, input_steps
 
@@ -208,7 +209,7 @@ class OptimalControlProblem:
         approximate_knots(self._parameters, task.arrays(self.config.friction), np.array([x, x]), u[None], blocks)
         dynamics = blocks.dynamics[0]
         steps = round(self.config.terminal_horizon / _REGULATOR_STEP)
-        cost = regulator_cost(dynamics[:, :STATE_SIZE], dynamics[:, STATE_SIZE:], blocks.hessian[0], steps)
+        cost = regulator_cost(dynamics[:, :STATE_SIZE], dynamics[:, STATE_SIZE:], unpacked(blocks.hessian[0]), steps)
         return self.config.terminal_cost_scale * cost
 
 
@@ -250,6 +251,7 @@ def _parameters(model, config):
         *((float(b.mu), float(b.delta)) for b in (*barriers, config.foothold_barrier)),
         np.array(robot.position_limits_lower, dtype=float),
         np.array(robot.position_limits_upper, dtype=float),
+        -np.array(robot.velocity_limits, dtype=float),
         np.array(robot.velocity_limits, dtype=float),
         config.torque_limit_factor * np.array(robot.effort_limits, dtype=float),
         float(config.stance_position_gain),

@@ -46,15 +46,15 @@ class TrackingTask:
         if normals is None:
             normals, offsets = (np.broadcast_to(a, (n, *a.shape[1:])) for a in _NO_HALFSPACES)
         return TaskArrays(
-            times=np.ascontiguousarray(self.times, dtype=float),
-            x_ref=np.ascontiguousarray(self.x_ref, dtype=float),
-            u_ref=np.ascontiguousarray(self.u_ref, dtype=float),
-            stance=np.ascontiguousarray(self.stance, dtype=bool),
-            foot_ref_p=np.ascontiguousarray(self.foot_ref_p, dtype=float),
-            foot_ref_v=np.ascontiguousarray(self.foot_ref_v, dtype=float),
-            surface_normal=np.ascontiguousarray(self.surface_normal, dtype=float),
-            halfspace_normals=np.ascontiguousarray(normals, dtype=float),
-            halfspace_offsets=np.ascontiguousarray(offsets, dtype=float),
+            times=np.array(self.times, dtype=float, order="C"),
+            x_ref=np.array(self.x_ref, dtype=float, order="C"),
+            u_ref=np.array(self.u_ref, dtype=float, order="C"),
+            stance=np.array(self.stance, dtype=bool, order="C"),
+            foot_ref_p=np.array(self.foot_ref_p, dtype=float, order="C"),
+            foot_ref_v=np.array(self.foot_ref_v, dtype=float, order="C"),
+            surface_normal=np.array(self.surface_normal, dtype=float, order="C"),
+            halfspace_normals=np.array(normals, dtype=float, order="C"),
+            halfspace_offsets=np.array(offsets, dtype=float, order="C"),
             friction=float(friction if self.friction is None else self.friction),
         )
 
@@ -138,7 +138,7 @@ def shift_guess(solution, new_times) -> Guess:
 
     States are interpolated, inputs held; beyond the end the last values stay.
     """
-    new_times = np.asarray(new_times, dtype=float)
+    new_times = np.asarray(new_times, dtype=float, order="C")
     old = solution.times
     right = np.clip(np.searchsorted(old, new_times, side="right"), 1, len(old) - 1)
     part = np.clip((new_times - old[right - 1]) / (old[right] - old[right - 1]), 0.0, 1.0)[:, None]

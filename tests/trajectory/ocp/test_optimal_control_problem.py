@@ -182,9 +182,12 @@ def test_joint_limits_hold_back(model, limit):
 
     free = extremes(problem.solve(x0, task))
     tight = free + 0.05 if limit == "position_lower" else np.resize(0.8 * free, 12)
-    problem._parameters = problem._parameters._replace(
-        **{limit: np.minimum(tight, x0[State.JOINTS] - 0.02) if "pos" in limit else tight}
-    )
+    limits = {
+        "position_lower": {"position_lower": np.minimum(tight, x0[State.JOINTS] - 0.02)},
+        "velocity_limits": {"velocity_lower": -tight, "velocity_upper": tight},
+        "torque_limits": {"torque_limits": tight},
+    }
+    problem._parameters = problem._parameters._replace(**limits[limit])
     held = extremes(problem.solve(x0, task))
     moved = held - free if limit == "position_lower" else free - held
     assert moved.max() > 0.04 * np.abs(free).max()

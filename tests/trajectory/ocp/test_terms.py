@@ -75,7 +75,7 @@ def test_foot_tracking(model, z):
     def term(y, hessian, linear):
         (p, v, p_x, v_x, v_u), _ = knot(model, y)
         references, weights = (np.ones(3), np.zeros(3)), (np.array([1.0, 2.0, 3.0]), np.array([0.3, 0.2, 0.1]))
-        return add_foot_tracking(p[1], v[1], *references, p_x[1], v_x[1], v_u[1], *weights, 0.1, hessian, linear)
+        return add_foot_tracking(1, p[1], v[1], *references, p_x[1], v_x[1], v_u[1], *weights, 0.1, hessian, linear)
 
     check_gradient(term, z)
 
@@ -85,7 +85,7 @@ def test_foothold_region(model, z):
 
     def term(y, hessian, linear):
         (p, _, p_x, _, _), _ = knot(model, y)
-        return add_foothold_region(p[2], p_x[2], normals, offsets, 0.1, 0.01, 0.1, hessian, linear)
+        return add_foothold_region(2, p[2], p_x[2], normals, offsets, 0.1, 0.01, 0.1, hessian, linear)
 
     check_gradient(term, z)
     p = knot(model, z)[0][0][2]
@@ -133,7 +133,7 @@ def test_friction_pyramid_in_the_surface_frame():
     normal = np.array([-np.sin(0.4), 0.0, np.cos(0.4)])
     rows = np.empty((4, 3))
     friction_pyramid(normal, 0.7, 0.6, rows)
-    frame = surface_frame(normal, 0.7)
+    frame = np.array(surface_frame(normal, 0.7))
     assert frame[0] @ [-np.sin(0.7), np.cos(0.7), 0.0] == pytest.approx(0.0, abs=0.1)
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
     np.testing.assert_allclose(frame[2], normal)
@@ -148,20 +148,22 @@ def test_projection_satisfies_all_constraints():
     stance = np.array([True, False, False, True])
     num_rows = 8
     by_state, by_rates, residual = rng.normal(size=(12, 24)), rng.normal(size=(12, 12)), rng.normal(size=12)
-    change, input_map, free = np.zeros(24), np.zeros((24, 36)), np.zeros(12, dtype=bool)
+    change, force_scale, rate_map, free = np.zeros(24), np.empty(12), np.empty((12, 36)), np.empty(12, dtype=bool)
     change[3:9] = -7.0
-    project_inputs(stance, num_rows, by_state, by_rates, residual, 100.0, change, input_map, free)
+    overwritten = by_state.copy(), by_rates.copy(), residual.copy()
+    project_inputs(stance, num_rows, *overwritten, 100.0, change, force_scale, rate_map, free)
+    np.testing.assert_array_equal(force_scale, np.repeat([100.0, 0.0, 0.0, 100.0], 3))
+    np.testing.assert_array_equal(change[3:9], -7.0)
     for _ in range(3):
         step = rng.normal(size=36)
-        du = change + input_map @ step
-        rows = by_state[:num_rows] @ step[:24] + by_rates[:num_rows] @ du[Input.JOINT_VELOCITIES] + residual[:num_rows]
+        rates = change[Input.JOINT_VELOCITIES] + rate_map @ step
+        rows = by_state[:num_rows] @ step[:24] + by_rates[:num_rows] @ rates + residual[:num_rows]
         np.testing.assert_allclose(rows, 0, atol=1e-10)
-        np.testing.assert_array_equal(du[3:9], -7.0)
-        np.testing.assert_allclose(du[:3], 100.0 * step[24:27])
     assert free.sum() == 10  # six forces and four directions of the joint rates
-    basis, triangle = orthogonal_basis(by_rates[:num_rows])
+    factors = orthogonal_basis(by_rates, num_rows)
+    triangle, basis = np.triu(factors[:num_rows, :num_rows]), factors[:, num_rows:].T
     np.testing.assert_allclose(basis @ basis.T, np.eye(12), atol=1e-12)
-    np.testing.assert_allclose(basis[:, :num_rows] @ np.triu(triangle), by_rates[:num_rows].T, atol=1e-12)
+    np.testing.assert_allclose(basis[:, :num_rows] @ triangle, by_rates[:num_rows].T, atol=1e-12)
 
 
 def test_regulator_cost_is_the_cost_to_go():

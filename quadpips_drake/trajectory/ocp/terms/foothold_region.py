@@ -3,19 +3,27 @@
 import numpy as np
 from numba import njit
 
-from quadpips_drake.trajectory.ocp.terms.relaxed_barrier import add_linear_barrier
+from quadpips_drake.trajectory.ocp.terms.foot_columns import foot_columns
+from quadpips_drake.trajectory.ocp.terms.relaxed_barrier import add_along, relaxed_barrier
 
 
 @njit(cache=True)
-def add_foothold_region(p, p_x, normals, offsets, mu, delta, weight, hessian, linear):
-    """Adds barriers on normals @ p + offsets >= 0, (m, 3) and (m,); rows of zeros are padding. Returns the cost."""
+def add_foothold_region(leg, p, p_x, normals, offsets, mu, delta, weight, hessian, linear):
+    """Adds barriers on normals @ p + offsets >= 0, (m, 3) and (m,); rows of zeros are padding. Returns the cost.
+
+    p, p_x: position of the leg's foot (3,) and its derivative by the state (3, 24).
+    """
     cost = 0.0
-    gradient = np.zeros(len(linear))
+    columns = foot_columns(leg)
+    gradient = np.empty(len(columns))
     for i in range(len(offsets)):
-        a = normals[i]
-        if a[0] == 0.0 and a[1] == 0.0 and a[2] == 0.0:
+        x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
+        if x == 0.0 and y == 0.0 and z == 0.0:
             continue
-        gradient[: p_x.shape[1]] = a[0] * p_x[0] + a[1] * p_x[1] + a[2] * p_x[2]
-        h = a[0] * p[0] + a[1] * p[1] + a[2] * p[2] + offsets[i]
-        cost += add_linear_barrier(h, gradient, mu, delta, weight, hessian, linear)
-    return cost
+        value, first, second = relaxed_barrier(x * p[0] + y * p[1] + z * p[2] + offsets[i], mu, delta)
+        for j in range(len(columns)):
+            column = columns[j]
+            gradient[j] = x * p_x[0, column] + y * p_x[1, column] + z * p_x[2, column]
+        add_along(gradient, columns, weight * first, weight * second, hessian, linear)
+        cost += value
+    return weight * cost

@@ -3,6 +3,8 @@
 import numpy as np
 from numba import njit
 
+from quadpips_drake.math.small_algebra import cross, dot, scale, subtract
+
 ROWS = 4
 INACTIVE_BOUND = -1.0
 """Lower bound of the empty rows of a swinging foot: fulfilled with room to spare."""
@@ -10,18 +12,15 @@ INACTIVE_BOUND = -1.0
 
 @njit(cache=True)
 def surface_frame(normal, yaw):
-    """Returns a rotation matrix whose rows are two tangents and the unit ``normal``; the first tangent points to the heading
-    ``yaw`` [rad] as far as possible."""
-    frame = np.empty((3, 3))
-    frame[2] = normal / np.sqrt(normal @ normal)
-    first = np.array([np.cos(yaw), np.sin(yaw), 0.0])
-    if abs(first @ frame[2]) > 0.9:
-        first[:] = 0.0
-        first[2] = 1.0
-    first -= (first @ frame[2]) * frame[2]
-    frame[0] = first / np.sqrt(first @ first)
-    frame[1] = np.cross(frame[2], frame[0])
-    return frame
+    """Returns two tangents and the unit ``normal``, a tuple each: the rows of a rotation matrix. The first tangent points to
+    the heading ``yaw`` [rad] as far as possible."""
+    n = scale(1.0 / np.sqrt(dot(normal, normal)), normal)
+    heading = (np.cos(yaw), np.sin(yaw), 0.0)
+    if abs(dot(heading, n)) > 0.9:
+        heading = (0.0, 0.0, 1.0)
+    first = subtract(heading, scale(dot(heading, n), n))
+    first = scale(1.0 / np.sqrt(dot(first, first)), first)
+    return first, cross(n, first), n
 
 
 @njit(cache=True)
@@ -31,7 +30,7 @@ def friction_pyramid(normal, yaw, friction, rows):
     The tangents follow the heading, so what a robot can do does not depend on where it faces. With the friction
     coefficient / sqrt(2) the pyramid lies inside the cone.
     """
-    frame = surface_frame(normal, yaw)
-    for i in range(2):
-        rows[2 * i] = friction * frame[2] - frame[i]
-        rows[2 * i + 1] = friction * frame[2] + frame[i]
+    first, second, n = surface_frame(normal, yaw)
+    for i in range(3):
+        rows[0, i], rows[1, i] = friction * n[i] - first[i], friction * n[i] + first[i]
+        rows[2, i], rows[3, i] = friction * n[i] - second[i], friction * n[i] + second[i]

@@ -5,7 +5,7 @@ from numba import njit
 
 from quadpips_drake.math.small_algebra import cross, dot, subtract, transpose_times, vector
 from quadpips_drake.trajectory.centroidal.centroidal_kernels import ANGLES, JOINTS
-from quadpips_drake.trajectory.ocp.terms.relaxed_barrier import add_linear_barrier, relaxed_barrier
+from quadpips_drake.trajectory.ocp.terms.relaxed_barrier import add_along, relaxed_barrier
 from quadpips_drake.values.centroidal import STATE_SIZE
 
 
@@ -29,25 +29,29 @@ def add_torque_limits(u, rotation, rotation_angles, axes, origins, feet, limits,
     Weight and inertia of the leg itself are neglected. axes, origins, feet are in B; the state comes first in the model.
     """
     cost = 0.0
-    gradient = np.zeros(len(linear))
+    gradient, columns = np.empty(9), np.empty(9, np.int64)  # by attitude, the leg's joints and its force
     for leg in range(4):
-        force = vector(u[3 * leg :])
+        first = 3 * leg
+        force = vector(u[first:])
         if force[0] == 0.0 and force[1] == 0.0 and force[2] == 0.0:
             continue
-        force_b, foot, first = transpose_times(rotation, force), vector(feet[leg]), 3 * leg
+        force_b, foot = transpose_times(rotation, force), vector(feet[leg])
+        for i in range(3):
+            columns[i], columns[3 + i], columns[6 + i] = ANGLES + i, JOINTS + first + i, STATE_SIZE + first + i
         for j in range(first, first + 3):
             column = cross(axes[j], subtract(foot, origins[j]))
             torque = -dot(column, force_b)
-            gradient[:] = 0.0
             for i in range(3):
-                gradient[ANGLES + i] = -dot(column, transpose_times(rotation_angles[i], force))
-                gradient[STATE_SIZE + first + i] = -dot(rotation[i], column)
-            for i in range(first, first + 3):
-                if i <= j:
-                    bent = cross(axes[i], column)
+                gradient[i] = -dot(column, transpose_times(rotation_angles[i], force))
+                gradient[6 + i] = -dot(rotation[i], column)
+                if first + i <= j:
+                    bent = cross(axes[first + i], column)
                 else:
-                    bent = cross(axes[j], cross(axes[i], subtract(foot, origins[i])))
-                gradient[JOINTS + i] = -dot(bent, force_b)
-            cost += add_linear_barrier(limits[j] + torque, gradient, mu, delta, weight, hessian, linear)
-            cost += add_linear_barrier(limits[j] - torque, -gradient, mu, delta, weight, hessian, linear)
-    return cost
+                    bent = cross(axes[j], cross(axes[first + i], subtract(foot, origins[first + i])))
+                gradient[3 + i] = -dot(bent, force_b)
+            below, below_first, below_second = relaxed_barrier(limits[j] + torque, mu, delta)
+            above, above_first, above_second = relaxed_barrier(limits[j] - torque, mu, delta)
+            cost += below + above
+            slope, curvature = weight * (below_first - above_first), weight * (below_second + above_second)
+            add_along(gradient, columns, slope, curvature, hessian, linear)
+    return weight * cost

@@ -17,14 +17,16 @@ def relaxed_barrier(h, mu, delta):
 
 
 @njit(cache=True)
-def add_linear_barrier(h, gradient, mu, delta, weight, hessian, linear):
-    """Adds weight * B(h) to a quadratic model in z, where h has the given gradient by z. Returns the cost."""
-    value, first, second = relaxed_barrier(h, mu, delta)
-    n = len(gradient)
-    for i in range(n):
-        if gradient[i] != 0.0:
-            linear[i] += weight * first * gradient[i]
-            scaled = weight * second * gradient[i]
-            for j in range(n):
-                hessian[i, j] += scaled * gradient[j]
-    return weight * value
+def add_along(gradient, columns, first, second, hessian, linear):
+    """Adds a cost that depends on one number h alone to a quadratic model.
+
+    Args:
+        gradient, columns: derivatives of h that are not zero, and by which variables they are, (m,) each.
+        first, second: derivatives of the cost by h.
+        hessian, linear: the quadratic model.
+    """
+    for i in range(len(columns)):
+        row, slope = columns[i], second * gradient[i]
+        linear[row] += first * gradient[i]
+        for j in range(len(columns)):
+            hessian[row, columns[j]] += slope * gradient[j]

@@ -3,6 +3,8 @@
 from numba import njit
 
 from quadpips_drake.trajectory.centroidal.centroidal_kernels import JOINT_RATES
+from quadpips_drake.values.centroidal import STATE_SIZE
+from quadpips_drake.values.legs import NUM_JOINTS
 
 
 @njit(cache=True)
@@ -13,6 +15,8 @@ def stance_foot(p, v, p_ref, p_x, v_x, v_u, gain, row, by_state, by_rates, resid
     """
     for i in range(3):
         residual[row + i] = v[i] + gain * (p[i] - p_ref[i])
-        by_state[row + i, :] = v_x[i] + gain * p_x[i]
-        by_rates[row + i, :] = v_u[i, JOINT_RATES:]
+        for j in range(STATE_SIZE):
+            by_state[row + i, j] = v_x[i, j] + gain * p_x[i, j]
+        for j in range(NUM_JOINTS):
+            by_rates[row + i, j] = v_u[i, JOINT_RATES + j]
     return row + 3

@@ -3,8 +3,10 @@
 import numpy as np
 from numba import njit
 
-from quadpips_drake.trajectory.centroidal.centroidal_kernels import ANGULAR
-from quadpips_drake.values.centroidal import CentroidalState
+from quadpips_drake.trajectory.centroidal.centroidal_kernels import ANGULAR, JOINT_RATES
+from quadpips_drake.trajectory.ocp.terms.foot_columns import foot_columns
+from quadpips_drake.trajectory.ocp.terms.relaxed_barrier import add_along
+from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE, CentroidalState
 
 YAW = CentroidalState.YAW
 
@@ -46,22 +48,32 @@ def add_angular_momentum_tracking(x, x_ref, weights, weight, hessian, linear):
 
 
 @njit(cache=True)
-def add_foot_tracking(p, v, p_ref, v_ref, p_x, v_x, v_u, position_weights, velocity_weights, weight, hessian, linear):
+def add_foot_tracking(leg, p, v, p_ref, v_ref, p_x, v_x, v_u, position_weights, velocity_weights, weight, hessian, linear):
     """Adds weight / 2 (|p - p_ref|^2 + |v - v_ref|^2) for one foot, Gauss-Newton with its Jacobians. Returns the cost."""
-    n = p_x.shape[1]
-    jacobian = np.zeros((6, 2 * n))
-    jacobian[:3, :n] = p_x
-    jacobian[3:, :n] = v_x
-    jacobian[3:, n:] = v_u
-    scaled = np.empty((6, 2 * n))
-    residual = np.empty(6)
     cost = 0.0
+    columns = foot_columns(leg)
+    gradient = np.empty(len(columns))
     for i in range(3):
-        residual[i] = weight * position_weights[i] * (p[i] - p_ref[i])
-        residual[3 + i] = weight * velocity_weights[i] * (v[i] - v_ref[i])
-        cost += 0.5 * residual[i] * (p[i] - p_ref[i]) + 0.5 * residual[3 + i] * (v[i] - v_ref[i])
-        scaled[i] = weight * position_weights[i] * jacobian[i]
-        scaled[3 + i] = weight * velocity_weights[i] * jacobian[3 + i]
-    hessian += jacobian.T @ scaled
-    linear += residual @ jacobian
+        error, stiffness = p[i] - p_ref[i], weight * position_weights[i]
+        cost += 0.5 * stiffness * error * error
+        for j in range(len(columns)):
+            gradient[j] = p_x[i, columns[j]]
+        add_along(gradient, columns, stiffness * error, stiffness, hessian, linear)
+    jacobian = np.zeros((3, STATE_SIZE + INPUT_SIZE))
+    for i in range(3):
+        error, stiffness = v[i] - v_ref[i], weight * velocity_weights[i]
+        cost += 0.5 * stiffness * error * error
+        for j in range(STATE_SIZE):
+            jacobian[i, j] = v_x[i, j]
+        for j in range(JOINT_RATES, INPUT_SIZE):
+            jacobian[i, STATE_SIZE + j] = v_u[i, j]
+        for j in range(STATE_SIZE + INPUT_SIZE):
+            linear[j] += stiffness * error * jacobian[i, j]
+    for row in range(STATE_SIZE + INPUT_SIZE):
+        x, y, z = jacobian[0, row], jacobian[1, row], jacobian[2, row]
+        if x == 0.0 and y == 0.0 and z == 0.0:
+            continue
+        x, y, z = weight * velocity_weights[0] * x, weight * velocity_weights[1] * y, weight * velocity_weights[2] * z
+        for j in range(STATE_SIZE + INPUT_SIZE):
+            hessian[row, j] += x * jacobian[0, j] + y * jacobian[1, j] + z * jacobian[2, j]
     return cost
