@@ -78,7 +78,7 @@ def _compare_heights(features: np.ndarray) -> None:
         _subtract(features[1], features[5], lowest, highest, features[6 + 2 * k], features[7 + 2 * k])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _block_means(height, valid):
     """Returns the mean height of each block [m] and whether it has one."""
     rows, columns = -(-height.shape[0] // _BLOCK), -(-height.shape[1] // _BLOCK)
@@ -90,7 +90,7 @@ def _block_means(height, valid):
     return total / np.maximum(count, np.float32(1)), count >= _MIN_SHARE * _BLOCK * _BLOCK
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _subtract(height, valid, lowest, highest, drop, rise):
     """Writes how far each pixel is above ``lowest`` and below ``highest`` of its block, 0 where nothing is known."""
     limit = np.float32(_MAX_DIFFERENCE)
@@ -102,65 +102,62 @@ def _subtract(height, valid, lowest, highest, drop, rise):
                 rise[r, c] = min(max(high - height[r, c], -limit), limit)
 
 
-@njit(cache=True)
-def _is_valid(z):
-    return z > 0.0 and z <= MAX_DEPTH
-
-
-@njit(cache=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _fill(depth, axes, fx, fy, cx, cy, features):
+    """Writes the channels of single pixels and normals.
+
+    A normal is the cross product of the steps between the points _BASELINE before and after a pixel along its column and its
+    row; the pixel's own point stands for one that is not measured or beyond a jump. Selections instead of branches, float32
+    throughout: so the compiler vectorises the rows.
+    """
     height, width = depth.shape
-    normal = np.zeros(3, np.float32)
+    zero, one, least = np.float32(0), np.float32(1), np.float32(1e-12)
+    up, right, forward = axes
+    z = _with_border(depth)
+    x = np.empty(width + 2 * _BASELINE, np.float32)
+    for c in range(len(x)):
+        x[c] = (np.float32(c - _BASELINE) - cx) / fx
     for r in range(height):
-        y = (r - cy) / fy
+        y_e, y, y_g = (np.float32(r - _BASELINE) - cy) / fy, (np.float32(r) - cy) / fy, (np.float32(r + _BASELINE) - cy) / fy
+        above, here, below = z[r], z[r + _BASELINE], z[r + 2 * _BASELINE]
+        inverse, level, valid = features[0, r], features[1, r], features[5, r]
+        upward, rightward, onward = features[2, r], features[3, r], features[4, r]
+        for c in range(width):
+            m, x_m = here[c + _BASELINE], x[c + _BASELINE]
+            # Neighbours before, after (a, b) in the row, before, after (e, g) in the column.
+            a, b, e, g = here[c], here[c + 2 * _BASELINE], above[c + _BASELINE], below[c + _BASELINE]
+            has_a, has_b, has_e, has_g = _is_near(a, m), _is_near(b, m), _is_near(e, m), _is_near(g, m)
+            a, x_a = (a if has_a else m), (x[c] if has_a else x_m)
+            b, x_b = (b if has_b else m), (x[c + 2 * _BASELINE] if has_b else x_m)
+            e, y_0 = (e if has_e else m), (y_e if has_e else y)
+            g, y_1 = (g if has_g else m), (y_g if has_g else y)
+            u0, u1, u2 = b * x_b - a * x_a, y * (b - a), b - a
+            v0, v1, v2 = x_m * (g - e), g * y_1 - e * y_0, g - e
+            n0, n1, n2 = v1 * u2 - v2 * u1, v2 * u0 - v0 * u2, v0 * u1 - v1 * u0
+            norm = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+            scale = one / norm if (has_a | has_b) & (has_e | has_g) & (norm >= least) else zero
+            inverse[c] = one / m if m > zero else zero
+            level[c] = m * (up[0] * x_m + up[1] * y + up[2])
+            upward[c] = scale * (up[0] * n0 + up[1] * n1 + up[2] * n2)
+            rightward[c] = scale * (right[0] * n0 + right[1] * n1 + right[2] * n2)
+            onward[c] = scale * (forward[0] * n0 + forward[1] * n1 + forward[2] * n2)
+            valid[c] = one if m > zero else zero
+
+
+@njit(cache=True, nogil=True)
+def _with_border(depth):
+    """Returns ``depth`` within a border of _BASELINE pixels; border and what is not measured are 0."""
+    height, width = depth.shape
+    far = np.float32(MAX_DEPTH)
+    result = np.zeros((height + 2 * _BASELINE, width + 2 * _BASELINE), np.float32)
+    for r in range(height):
         for c in range(width):
             z = depth[r, c]
-            if not _is_valid(z):
-                continue
-            x = (c - cx) / fx
-            features[0, r, c] = 1.0 / z
-            features[1, r, c] = z * (axes[0, 0] * x + axes[0, 1] * y + axes[0, 2])
-            features[5, r, c] = 1.0
-            if _normal(depth, r, c, fx, fy, cx, cy, normal):
-                for k in range(3):
-                    features[2 + k, r, c] = axes[k, 0] * normal[0] + axes[k, 1] * normal[1] + axes[k, 2] * normal[2]
+            result[r + _BASELINE, c + _BASELINE] = z if (z > 0) & (z <= far) else np.float32(0)
+    return result
 
 
-@njit(cache=True)
-def _difference(depth, r, c, dr, dc, fx, fy, cx, cy, out):
-    """Writes the 3-D step between the valid pixels before and after (r, c) along (dr, dc); False if there are none."""
-    height, width = depth.shape
-    z = depth[r, c]
-    r0, c0, r1, c1 = r, c, r, c
-    for sign in (-1, 1):
-        i, j = r + sign * dr, c + sign * dc
-        if 0 <= i < height and 0 <= j < width and _is_valid(depth[i, j]) and abs(depth[i, j] - z) < _MAX_JUMP * z:
-            if sign < 0:
-                r0, c0 = i, j
-            else:
-                r1, c1 = i, j
-    if r0 == r1 and c0 == c1:
-        return False
-    z0, z1 = depth[r0, c0], depth[r1, c1]
-    out[0] = z1 * (c1 - cx) / fx - z0 * (c0 - cx) / fx
-    out[1] = z1 * (r1 - cy) / fy - z0 * (r0 - cy) / fy
-    out[2] = z1 - z0
-    return True
-
-
-@njit(cache=True)
-def _normal(depth, r, c, fx, fy, cx, cy, normal):
-    """Writes the unit normal, towards the camera; False (and nothing written) if it cannot be formed."""
-    u, v = np.empty(3, np.float32), np.empty(3, np.float32)
-    if not _difference(depth, r, c, 0, _BASELINE, fx, fy, cx, cy, u):
-        return False
-    if not _difference(depth, r, c, _BASELINE, 0, fx, fy, cx, cy, v):
-        return False
-    n0 = v[1] * u[2] - v[2] * u[1]
-    n1 = v[2] * u[0] - v[0] * u[2]
-    n2 = v[0] * u[1] - v[1] * u[0]
-    norm = math.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
-    if norm < 1e-12:
-        return False
-    normal[0], normal[1], normal[2] = n0 / norm, n1 / norm, n2 / norm
-    return True
+@njit(cache=True, nogil=True)
+def _is_near(z, middle):
+    """Whether there is a depth ``z`` and no jump to the ``middle``; never where the middle is not measured."""
+    return (z > 0) & (abs(z - middle) < np.float32(_MAX_JUMP) * middle)

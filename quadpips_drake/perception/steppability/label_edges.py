@@ -43,25 +43,42 @@ def move_borders_to_edges(
     return result
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _move(labels, depth, down, camera, result):
     height, width = labels.shape
     for v in range(height):
+        row, below = labels[v], labels[min(v + 1, height - 1)]
         for u in range(width):
-            if labels[v, u] <= _STEPPABLE:
-                continue
-            for dv, du in ((-1, 0), (1, 0), (0, -1), (0, 1)):
-                for step in range(1, REACH + 1):
-                    i, j = v + step * dv, u + step * du
-                    if not (0 <= i < height and 0 <= j < width):
-                        break
-                    if labels[i, j] == _STEPPABLE:
-                        if _is_wide(labels, i, j, dv, du) and _continues(depth, v, u, i, j, down, camera):
-                            result[v, u] = _STEPPABLE
-                        break
+            inside = row[u] == _STEPPABLE
+            if u + 1 < width and (row[u + 1] == _STEPPABLE) != inside:
+                if inside:
+                    _grow(labels, depth, v, u, 0, 1, down, camera, result)
+                else:
+                    _grow(labels, depth, v, u + 1, 0, -1, down, camera, result)
+            if (below[u] == _STEPPABLE) != inside:
+                if inside:
+                    _grow(labels, depth, v, u, 1, 0, down, camera, result)
+                else:
+                    _grow(labels, depth, v + 1, u, -1, 0, down, camera, result)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
+def _grow(labels, depth, i, j, dv, du, down, camera, result):
+    """Makes steppable what lies beyond the border pixel (i, j) in the direction (dv, du) and continues its surface."""
+    is_wide = False
+    for step in range(1, REACH + 1):
+        v, u = i + step * dv, j + step * du
+        if not (0 <= v < labels.shape[0] and 0 <= u < labels.shape[1]) or labels[v, u] == _STEPPABLE:
+            return
+        if labels[v, u] > _STEPPABLE:
+            is_wide = is_wide or _is_wide(labels, i, j, -dv, -du)
+            if not is_wide:
+                return
+            if _continues(depth, v, u, i, j, down, camera):
+                result[v, u] = _STEPPABLE
+
+
+@njit(cache=True, nogil=True)
 def _is_wide(labels, i, j, dv, du):
     """Whether MIN_RUN pixels from (i, j) on, in the direction (dv, du), are steppable; past the image counts as such."""
     for step in range(MIN_RUN):
@@ -73,7 +90,7 @@ def _is_wide(labels, i, j, dv, du):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _continues(depth, v, u, i, j, down, camera):
     """Whether the way from pixel (i, j) to (v, u) is as level as steppable ground."""
     fx, fy, cx, cy = camera

@@ -3,13 +3,47 @@
 import numpy as np
 import pytest
 
-from quadpips_drake.perception.steppability.features import CHANNELS, make_features, scaled_intrinsics
+from quadpips_drake.perception.steppability.features import CHANNELS, MAX_DEPTH, make_features, scaled_intrinsics
 from quadpips_drake.values.sensing import CameraIntrinsics
 from tests.learning.small import DOWN_C, SMALL, floor_depth
 
 
 def channel(features, name):
     return features[CHANNELS.index(name)]
+
+
+def reference(depth, axes, k):
+    """Inverse depth, height, normal and validity in float64, (6, height, width); ``axes``: rows up, right, forward in C."""
+    z = np.pad(np.where((depth > 0) & (depth <= MAX_DEPTH), depth, 0.0).astype(float), 2)
+    v, u = np.mgrid[-2 : depth.shape[0] + 2, -2 : depth.shape[1] + 2]
+    point = z[..., None] * np.stack([(u - k.cx) / k.fx, (v - k.cy) / k.fy, np.ones(z.shape)], axis=-1)
+    steps, known = [], z > 0
+    for axis in (1, 0):
+        ends = []
+        for shift in (2, -2):
+            near = (np.roll(z, shift, axis) > 0) & (np.abs(np.roll(z, shift, axis) - z) < 0.1 * z)
+            ends.append((near, np.where(near[..., None], np.roll(point, shift, axis), point)))
+        known &= ends[0][0] | ends[1][0]
+        steps.append(ends[1][1] - ends[0][1])
+    normal = np.cross(steps[1], steps[0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        normal = np.where(known[..., None], normal / np.linalg.norm(normal, axis=-1, keepdims=True), 0.0)
+        inverse = np.where(z > 0, 1 / z, 0.0)
+    return np.stack([inverse, point @ axes[0], *np.moveaxis(normal @ axes.T, -1, 0), z > 0])[:, 2:-2, 2:-2]
+
+
+def test_features_are_those_of_the_formula():
+    """Single precision against double."""
+    rng = np.random.default_rng(0)
+    depth = floor_depth(0.5)
+    depth[10:30, 20:40] *= 0.7
+    depth += rng.normal(0.0, 0.002, depth.shape).astype(np.float32)
+    depth[rng.random(depth.shape) < 0.1] = np.nan
+    right = np.array([1.0, 0.0, 0.0])
+    features = make_features(depth, DOWN_C, SMALL)
+    np.testing.assert_allclose(
+        features[:6], reference(depth, np.stack([-DOWN_C, right, np.cross(-DOWN_C, right)]), SMALL), atol=2e-4
+    )
 
 
 def test_level_ground_has_one_height_and_an_upward_normal():

@@ -66,3 +66,35 @@ def test_what_is_steppable_or_unknown_stays_so():
     assert (moved[labels == 1] == 1).all() and (moved[labels == 0] == 0).all()
     empty = np.zeros((0, 0), np.uint8)
     assert move_borders_to_edges(empty, np.zeros((0, 0), np.float32), DOWN, CAMERA).shape == (0, 0)
+
+
+def reference(labels, depth, down, camera):
+    """The rule, pixel by pixel: looks from each pixel for the next steppable one in four directions."""
+    result = np.array(labels)
+    point = np.stack(np.meshgrid(np.arange(labels.shape[1]) - camera.cx, np.arange(labels.shape[0]) - camera.cy), axis=-1)
+    point = np.concatenate([point / [camera.fx, camera.fy], np.ones((*labels.shape, 1))], axis=-1) * depth[..., None]
+    for v, u in np.argwhere(labels > 1):
+        for dv, du in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+            line = labels[v::dv, u] if dv else labels[v, u::du]
+            steps = np.nonzero(line[1 : REACH + 1] == 1)[0]
+            if not len(steps):
+                continue
+            step = steps[0] + 1
+            offset = point[v, u] - point[v + step * dv, u + step * du]
+            fall = offset @ down
+            run = np.sqrt(max(offset @ offset - fall**2, 0.0))
+            if (line[step : step + MIN_RUN] == 1).all() and abs(fall) <= min(0.02, 0.5 * run):
+                result[v, u] = 1
+    return result
+
+
+@pytest.mark.parametrize("block", [1, 3, 12])
+def test_borders_move_as_the_rule_says(block):
+    rng = np.random.default_rng(block)
+    coarse = rng.choice(4, size=(-(-SIZE[0] // block), -(-SIZE[1] // block)), p=[0.1, 0.6, 0.1, 0.2])
+    labels = np.kron(coarse, np.ones((block, block)))[: SIZE[0], : SIZE[1]].astype(np.uint8)
+    depth = (1.0 + 0.01 * rng.standard_normal(SIZE)).astype(np.float32)
+    depth[labels == 0] = np.nan
+    moved = move_borders_to_edges(labels, depth, DOWN, CAMERA)
+    np.testing.assert_array_equal(moved, reference(labels, depth, DOWN, CAMERA))
+    assert (moved != labels).any() or block == 1
