@@ -12,4 +12,4 @@ def wrap_angle(angle):
 
 def whole_turns(angle):
     """Returns the multiple of 2 pi that is closest to ``angle`` [rad]; to add to another angle so that it comes close."""
-    return 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
+    return 2.0 * np.pi * np.rint(angle / (2.0 * np.pi))

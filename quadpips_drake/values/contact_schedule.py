@@ -1,6 +1,7 @@
 """When each foot is on the ground."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -23,16 +24,23 @@ class ContactSchedule(ImmutableValue):
 
     def swings(self, leg: Leg) -> list[tuple[float, float]]:
         """Intervals (lift-off, touch-down) in which ``leg`` swings, in order; +-inf where the schedule starts or ends so."""
-        bounds = np.concatenate(([-np.inf], self.event_times, [np.inf]))
-        intervals: list[tuple[float, float]] = []
-        for i, down in enumerate(self.stance[:, leg]):
-            if down:
-                continue
-            if intervals and intervals[-1][1] == bounds[i]:
-                intervals[-1] = (intervals[-1][0], bounds[i + 1])
-            else:
-                intervals.append((bounds[i], bounds[i + 1]))
-        return intervals
+        return list(self._swings[leg])
+
+    @cached_property
+    def _swings(self) -> list[list[tuple[float, float]]]:
+        """What ``swings`` returns, for each leg; nothing in it can change."""
+        bounds = [-np.inf, *self.event_times.tolist(), np.inf]
+        found: list[list[tuple[float, float]]] = [[] for _ in Leg]
+        for i, row in enumerate(self.stance.tolist()):
+            for leg, down in enumerate(row):
+                if down:
+                    continue
+                intervals = found[leg]
+                if intervals and intervals[-1][1] == bounds[i]:
+                    intervals[-1] = (intervals[-1][0], bounds[i + 1])
+                else:
+                    intervals.append((bounds[i], bounds[i + 1]))
+        return found
 
     def shifted(self, offset: float) -> "ContactSchedule":
         """The same schedule, ``offset`` seconds later."""

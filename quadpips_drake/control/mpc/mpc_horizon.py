@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from quadpips_drake.control.early_contact import counts_as_touchdown
 from quadpips_drake.math.angles import whole_turns
 from quadpips_drake.math.constants import GRAVITY
+from quadpips_drake.math.interpolation import interpolated
 from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.values.centroidal import INPUT_SIZE, CentroidalInput, CentroidalState, centroidal_state
 from quadpips_drake.values.contact_schedule import ContactSchedule
@@ -14,6 +16,10 @@ from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import NUM_LEGS, Leg
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
+
+_NO_FORCE = 1e-3
+"""A foot with less force than this in the last solution was planned to be in the air [N]."""
+_JOINT_RATES = CentroidalInput.JOINT_VELOCITIES.start
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,13 +66,6 @@ def weight_bearing_inputs(stance: np.ndarray, mass: float) -> np.ndarray:
     return inputs
 
 
-def interpolated(times: np.ndarray, knots: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """``values`` (m, n), given at ``knots``, at ``times``: linear in between, constant outside."""
-    right = np.clip(np.searchsorted(knots, times, side="right"), 1, len(knots) - 1)
-    part = np.clip((times - knots[right - 1]) / (knots[right] - knots[right - 1]), 0.0, 1.0)[:, None]
-    return (1.0 - part) * values[right - 1] + part * values[right]
-
-
 def sampled_states(reference: WholeBodyReference, times: np.ndarray, yaw: float) -> np.ndarray:
     """Reference states at ``times`` (n, 24), linear in between, at rest outside; yaw continued from the present ``yaw``."""
     states = interpolated(times, reference.times, reference.states)
@@ -104,3 +103,27 @@ def with_early_contacts(
             if counts_as_touchdown(spline, now, phase) and now < spline.end_time:
                 corrected[middle < spline.end_time, leg] = True
     return corrected
+
+
+@njit(cache=True)
+def held_inputs(times, stance, u_ref, old_times, old_inputs):
+    """The inputs (N, 24) of the last solution in the intervals of ``times`` (N + 1,).
+
+    Where the contacts differ from those of the last solution, or it does not reach, its forces are no guess at all: there
+    those of ``u_ref`` (N, 24) stand in.
+    """
+    inputs = np.empty_like(u_ref)
+    last, k = len(old_inputs) - 1, 0
+    for i in range(len(inputs)):
+        middle = 0.5 * (times[i] + times[i + 1])
+        while k < last and old_times[k + 1] <= middle:
+            k += 1
+        useful = middle <= old_times[-1]
+        for leg in range(NUM_LEGS):
+            load = 0.0
+            for j in range(3 * leg, 3 * leg + 3):
+                load += abs(old_inputs[k, j])
+            useful = useful and (load > _NO_FORCE) == stance[i, leg]
+        for j in range(INPUT_SIZE):
+            inputs[i, j] = old_inputs[k, j] if useful or j >= _JOINT_RATES else u_ref[i, j]
+    return inputs

@@ -11,10 +11,8 @@ from quadpips_drake.values.reference import FootholdTarget
 UP = np.array([0.0, 0.0, 1.0])
 _MATCH = 0.05
 """A foothold belongs to a swing when their touch-downs are closer than this [s]."""
-_SAME_PLACE = 1e-3
-"""A spline is kept while its ends move by less than this [m]."""
-_SAME_NORMAL = 1e-3
-"""... and its normals by less than this [1]."""
+_SAME_ENDS = 1e-3
+"""A spline is kept while its ends move by less than this [m], the normals there by less than this [1]."""
 _SAME_TIME = 1e-6
 """... and its times by less than this [s]."""
 _KEEP_SWING = 0.5
@@ -79,9 +77,7 @@ def _kept(splines, liftoff, touchdown, start, end, start_normal, end_normal):
     for spline in splines:
         if abs(spline.start_time - liftoff) > _SAME_TIME or abs(spline.end_time - touchdown) > _SAME_TIME:
             continue
-        moved = max(np.abs(spline.start_point - start).max(), np.abs(spline.end_point - end).max())
-        turned = max(np.abs(spline.normals[0] - start_normal).max(), np.abs(spline.normals[1] - end_normal).max())
-        if moved < _SAME_PLACE and turned < _SAME_NORMAL:
+        if np.abs(spline.ends - np.array((start, end, start_normal, end_normal))).max() < _SAME_ENDS:
             return spline
     return None
 
@@ -106,11 +102,11 @@ def with_finished(swings: tuple, before: tuple, now: float) -> tuple:
 
 def foot_references(swings: tuple, feet: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions and velocities of the feet at ``times``, each (n, 4, 3): on the ground, along the splines, on the ground."""
-    p = np.tile(feet, (len(times), 1, 1))
-    v = np.zeros_like(p)
+    p, v = np.empty((len(times), NUM_LEGS, 3)), np.zeros((len(times), NUM_LEGS, 3))
+    p[:] = feet
     for leg, splines in enumerate(swings):
         for spline in splines:
-            first = int(np.searchsorted(times, spline.start_time))
+            first = times.searchsorted(spline.start_time)
             path = spline.sample(times[first:])  # at rest beyond the end
             p[first:, leg], v[first:, leg] = path[:, 0], path[:, 1]
     return p, v
@@ -130,27 +126,29 @@ def ground_normals(footholds: tuple, standing: np.ndarray, times: np.ndarray) ->
 
     A normal belongs to a foothold from its lift-off on; before the first one those of ``standing`` (4, 3) hold.
     """
-    normals = np.tile(standing, (len(times) - 1, 1, 1))
+    normals = np.empty((len(times) - 1, NUM_LEGS, 3))
+    normals[:] = standing
     middle = 0.5 * (times[:-1] + times[1:])
-    for target in footholds:  # in order of touch-down: later ones overwrite
-        normals[middle >= target.liftoff_time, target.leg] = target.normal
+    lifted = middle.searchsorted([target.liftoff_time for target in footholds])
+    for first, target in zip(lifted, footholds, strict=True):  # in order of touch-down: later ones overwrite
+        normals[first:, target.leg] = target.normal
     return normals
 
 
 def foothold_halfspaces(footholds: tuple, times: np.ndarray) -> tuple:
     """Regions that the feet have to stand on after their next touch-downs: normals (N, 4, m, 3), offsets (N, 4, m) with
     normals @ p + offsets >= 0, rows of zeros for padding; (None, None) without any region."""
-    middle = 0.5 * (times[:-1] + times[1:])
     coming = [t for t in footholds if t.region is not None and times[0] < t.touchdown_time < times[-1]]
-    halfspaces = [region_halfspaces(target.region) for target in coming]
     if not coming:
         return None, None
+    halfspaces = [region_halfspaces(target.region) for target in coming]
     rows = max(len(offsets) for _, offsets in halfspaces)
-    shape = len(middle), NUM_LEGS, rows
+    shape = len(times) - 1, NUM_LEGS, rows
     all_normals, all_offsets = np.zeros((*shape, 3)), np.zeros(shape)
-    for target, (normals, offsets) in zip(coming, halfspaces, strict=True):
-        later = middle >= target.touchdown_time
-        all_normals[later, target.leg], all_offsets[later, target.leg] = 0.0, 0.0
-        all_normals[later, target.leg, : len(offsets)] = normals
-        all_offsets[later, target.leg, : len(offsets)] = offsets
+    middle = 0.5 * (times[:-1] + times[1:])
+    landed = middle.searchsorted([target.touchdown_time for target in coming])
+    for first, target, (normals, offsets) in zip(landed, coming, halfspaces, strict=True):
+        all_normals[first:, target.leg], all_offsets[first:, target.leg] = 0.0, 0.0
+        all_normals[first:, target.leg, : len(offsets)] = normals
+        all_offsets[first:, target.leg, : len(offsets)] = offsets
     return all_normals, all_offsets

@@ -11,19 +11,17 @@ from quadpips_drake.control.mpc import mpc_horizon as horizon
 from quadpips_drake.control.mpc import mpc_swings
 from quadpips_drake.control.mpc.mpc_config import MpcConfig
 from quadpips_drake.math.angles import whole_turns
+from quadpips_drake.math.interpolation import interpolated
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.optimal_control_problem import OptimalControlProblem, TrackingTask
-from quadpips_drake.values.centroidal import INPUT_SIZE, CentroidalInput, CentroidalState, foot_forces
+from quadpips_drake.values.centroidal import INPUT_SIZE, CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import NUM_LEGS
 from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
-
-_NO_FORCE = 1e-3
-"""A foot with less force than this in the last solution was planned to be in the air [N]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,14 +154,8 @@ class RealTimeIteration:
         """The last solution at the new knots; at the very first, standing still."""
         if last.is_empty:
             return np.tile(x0, (len(task.times), 1)), task.u_ref
-        X = horizon.interpolated(task.times, last.times, last.states)
-        middle = 0.5 * (task.times[:-1] + task.times[1:])
-        k = np.clip(np.searchsorted(last.times, middle, side="right") - 1, 0, len(last.inputs) - 1)
-        U = last.inputs[k]
-        # Where the contacts differ from those of the last solution, its forces are no guess at all.
-        loaded = foot_forces(np.abs(U)).sum(axis=2) > _NO_FORCE
-        useless = np.any(loaded != task.stance, axis=1) | (middle > last.times[-1])
-        U[useless, CentroidalInput.FORCES] = task.u_ref[useless, CentroidalInput.FORCES]
+        X = interpolated(task.times, last.times, last.states)
+        U = horizon.held_inputs(task.times, task.stance, task.u_ref, last.times, last.inputs)
         yaw = CentroidalState.YAW
         X[:, yaw] += whole_turns(x0[yaw] - X[0, yaw])
         return X, U

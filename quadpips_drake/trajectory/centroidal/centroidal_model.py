@@ -6,6 +6,7 @@ from numba import njit
 from quadpips_drake.errors import unknown_name
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.math.rotations import rotation_from_rpy
+from quadpips_drake.math.small_algebra import add, cross, scale, store, times, transpose_times, vector
 from quadpips_drake.robots.kinematic_tree import KinematicTree
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.trajectory.centroidal.centroidal_derivatives import knot_derivatives
@@ -43,6 +44,22 @@ def _base_twists(tree, states, inputs):
         twists[k, :3] = rotation @ w
         twists[k, 3:] = velocity
     return twists
+
+
+@njit(cache=True)
+def _momentum(tree, rpy, q, v_WB, w_WB, rates):
+    rotation = rotation_from_rpy(rpy)
+    axes, origins, coms, inertias, _ = link_kinematics(tree, q)
+    mass, center, center_jacobian, inertia, joint_momentum = composite_terms(tree, axes, origins, coms, inertias)
+    w = transpose_times(rotation, w_WB)
+    slip, spin = cross(w, center), times(inertia, w)
+    for j in range(12):
+        slip = add(slip, scale(rates[j], vector(center_jacobian[:, j])))
+        spin = add(spin, scale(rates[j], vector(joint_momentum[:, j])))
+    momentum = np.empty(6)
+    store(momentum, add(vector(v_WB), times(rotation, slip)))
+    store(momentum[3:], scale(1.0 / mass, times(rotation, spin)))
+    return momentum
 
 
 def lumped_tree(robot: RobotModel) -> KinematicTree:
@@ -108,12 +125,7 @@ class CentroidalModel:
 
     def momentum(self, rpy, q, v_WB, w_WB, joint_velocities) -> np.ndarray:
         """Returns [linear momentum, angular momentum about the centre of mass] / mass in W, (6,), from velocities in W."""
-        rotation = rotation_from_rpy(np.asarray(rpy, float))
-        axes, origins, coms, inertias, _ = link_kinematics(self.tree, _contiguous(q))
-        mass, center, center_jacobian, inertia, joint_momentum = composite_terms(self.tree, axes, origins, coms, inertias)
-        w, rates = rotation.T @ w_WB, np.asarray(joint_velocities, float)
-        linear = v_WB + rotation @ (np.cross(w, center) + center_jacobian @ rates)
-        return np.concatenate((linear, rotation @ (inertia @ w + joint_momentum @ rates) / mass))
+        return _momentum(self.tree, *(_contiguous(part) for part in (rpy, q, v_WB, w_WB, joint_velocities)))
 
     def state(self, p_WB, rpy, q, v_WB=(0, 0, 0), w_WB=(0, 0, 0), joint_velocities=None) -> np.ndarray:
         """Returns the state x (24,) with that base pose, joints and velocities (in W)."""

@@ -18,6 +18,7 @@ from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE
 
 STATES, FREE = STATE_SIZE, NUM_FREE
 _FRICTION_ROWS = 4 * ROWS
+_LOWER_TRIANGLE = np.tril_indices(STATES)
 
 
 class StageProgram:
@@ -49,7 +50,7 @@ class StageProgram:
     def update(self, initial_step, terminal_hessian, terminal_gradient) -> None:
         """Loads what is in ``blocks``, and the ends; ``initial_step`` is dx_0 (24,)."""
         n, m, blocks = self.num_knots, self.matrices, self.blocks
-        m.P.data[n * PACKED :] = terminal_hessian[np.tril_indices(STATES)]
+        m.P.data[n * PACKED :] = terminal_hessian[_LOWER_TRIANGLE]
         m.c[n * STAGE :] = terminal_gradient
         m.b[:STATES] = -initial_step
         _fill_constraints(blocks.dynamics, blocks.defect, blocks.friction_rows, m.A.data, m.b, m.G.data)

@@ -1,6 +1,7 @@
 """The ground below a swing, from what is known of it: how high the foot has to be where."""
 
 import numpy as np
+from numba import njit
 
 SAMPLES = 25
 """Equal parts of the way [1]: 0 at lift-off, 1 at touch-down."""
@@ -22,45 +23,70 @@ def ground_profile(p0, p1, regions=(), foot_radius: float = 0.0) -> np.ndarray:
         regions: PlanarRegions around the way; others do not matter.
         foot_radius: [m].
     """
-    p0, p1 = np.asarray(p0, dtype=float), np.asarray(p1, dtype=float)
-    if not regions:
-        return _expected(p0[2], p1[2], _PARTS)
-    points = p0[:2] + _PARTS[:, None] * (p1 - p0)[:2]
+    p0, p1 = np.array(p0, dtype=float), np.array(p1, dtype=float)
     profile = np.full(SAMPLES, -np.inf)
     for region in regions:
-        covered, heights = _heights_over(region, points, foot_radius)
-        profile[covered] = np.maximum(profile[covered], heights[covered])
-    unknown = np.isneginf(profile)
-    if unknown.any():
-        profile[unknown] = _expected(p0[2], p1[2], _PARTS)[unknown]
-    # The foot does stand at both ends, whatever the regions' planes say.
-    profile[0], profile[-1] = p0[2], p1[2]
+        _raise_over(*_outline(region), foot_radius, p0, p1, profile)
+    _complete(p0[2], p1[2], len(regions) > 0, profile)
     return profile
-
-
-def _heights_over(region, points, foot_radius):
-    """Which of the points (n, 2) lie over the region, and the height of a foot centre on its plane there."""
-    normals, offsets = region_halfspaces(region)
-    n, center = region.normal, region.center
-    heights = center[2] + (foot_radius - (points - center[:2]) @ n[:2]) / n[2]
-    on_plane = np.column_stack((points, heights))
-    return (on_plane @ normals.T + offsets >= -foot_radius).all(axis=1), heights
-
-
-def _expected(start, end, parts):
-    if abs(end - start) < _STEP:
-        return start + parts * (end - start)
-    from_lower = parts if end > start else 1.0 - parts
-    return np.where(from_lower < _LATEST_EDGE, min(start, end), max(start, end))
 
 
 def region_halfspaces(region) -> tuple[np.ndarray, np.ndarray]:
     """Returns normals (m, 3), offsets (m,): normals @ p + offsets >= 0 for points p (in W) above or on the region."""
-    corners = np.asarray(region.boundary)
-    edges = np.roll(corners, -1, axis=0) - corners
-    length = np.linalg.norm(edges, axis=1)
-    corners, edges = corners[length > 1e-9], edges[length > 1e-9] / length[length > 1e-9, None]
-    inward = np.column_stack((-edges[:, 1], edges[:, 0]))  # left of a counter-clockwise edge
-    rotation = region.X_WR[:3, :3]
-    normals = inward @ rotation[:, :2].T
-    return normals, -np.einsum("ij,ij->i", inward, corners) - normals @ region.center
+    return _halfspaces(*_outline(region))
+
+
+def _outline(region):
+    """Boundary and pose as copies, so that compiled functions see one kind of array."""
+    return np.array(region.boundary, dtype=float), np.array(region.X_WR, dtype=float)
+
+
+@njit(cache=True)
+def _halfspaces(boundary, pose):
+    corners = len(boundary)
+    normals, offsets, size = np.empty((corners, 3)), np.empty(corners), 0
+    for k in range(corners):
+        x, y = boundary[k, 0], boundary[k, 1]
+        along, across = boundary[(k + 1) % corners, 0] - x, boundary[(k + 1) % corners, 1] - y
+        length = np.sqrt(along * along + across * across)
+        if length <= 1e-9:
+            continue
+        inward_x, inward_y = -across / length, along / length  # left of a counter-clockwise edge
+        offset = -(inward_x * x + inward_y * y)
+        for i in range(3):
+            normals[size, i] = inward_x * pose[i, 0] + inward_y * pose[i, 1]
+            offset -= normals[size, i] * pose[i, 3]
+        offsets[size] = offset
+        size += 1
+    return normals[:size], offsets[:size]
+
+
+@njit(cache=True)
+def _raise_over(boundary, pose, foot_radius, p0, p1, profile):
+    """Raises the profile to the height of a foot centre on the region's plane, where the way leads over the region."""
+    normals, offsets = _halfspaces(boundary, pose)
+    for k in range(len(profile)):
+        x, y = p0[0] + _PARTS[k] * (p1[0] - p0[0]), p0[1] + _PARTS[k] * (p1[1] - p0[1])
+        drop = (x - pose[0, 3]) * pose[0, 2] + (y - pose[1, 3]) * pose[1, 2]
+        height = pose[2, 3] + (foot_radius - drop) / pose[2, 2]
+        inside = True
+        for i in range(len(offsets)):
+            distance = normals[i, 0] * x + normals[i, 1] * y + normals[i, 2] * height + offsets[i]
+            inside = inside and distance >= -foot_radius
+        if inside:
+            profile[k] = max(profile[k], height)
+
+
+@njit(cache=True)
+def _complete(start, end, is_known, profile):
+    """Fills in what may be expected where nothing is known (-inf)."""
+    for k in range(len(profile)):
+        if np.isfinite(profile[k]):
+            continue
+        if abs(end - start) < _STEP:
+            profile[k] = start + _PARTS[k] * (end - start)
+            continue
+        from_lower = _PARTS[k] if end > start else 1.0 - _PARTS[k]
+        profile[k] = min(start, end) if from_lower < _LATEST_EDGE else max(start, end)
+    if is_known:  # the foot does stand at both ends, whatever the regions' planes say
+        profile[0], profile[-1] = start, end

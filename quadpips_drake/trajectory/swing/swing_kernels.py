@@ -21,18 +21,22 @@ _FLAT_END = 0.25
 def _apex(p0, p1, duration, height, part):
     """Returns position and velocity at half time, (2, 3)."""
     out = np.zeros((2, 3))
-    chord = p1 - p0
-    horizontal = np.hypot(chord[0], chord[1])
+    x, y, z = p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2]
+    horizontal = np.hypot(x, y)
     if horizontal < _MIN_HORIZONTAL:
-        out[0] = 0.5 * (p0 + p1)
+        for i in range(3):
+            out[0, i] = 0.5 * (p0[i] + p1[i])
         out[0, 2] = max(p0[2], p1[2]) + height
         return out
-    length = np.hypot(horizontal, chord[2])
+    length = np.hypot(horizontal, z)
     # Perpendicular to the chord in the vertical plane that holds it, pointing up.
-    raised = np.array([-chord[2] * chord[0] / horizontal, -chord[2] * chord[1] / horizontal, horizontal]) / length
-    out[0] = p0 + part * chord + height * raised
+    raised = (-z * x / horizontal / length, -z * y / horizontal / length, horizontal / length)
     # Slower where one half of the way is short, or the foot would have to back up for it.
-    out[1] = min(2.0, 5.0 * part, 5.0 * (1.0 - part)) * chord / duration
+    speed = min(2.0, 5.0 * part, 5.0 * (1.0 - part))
+    for i in range(3):
+        chord = p1[i] - p0[i]
+        out[0, i] = p0[i] + part * chord + height * raised[i]
+        out[1, i] = speed * chord / duration
     return out
 
 
@@ -63,7 +67,8 @@ def evaluate_swing(coefficients, half, start, end, p0, p1, t, out):
     """Writes position, velocity and acceleration at ``t`` into out (3, 3); at rest outside of the swing."""
     if t <= start or t >= end:
         out[:] = 0.0
-        out[0] = p0 if t <= start else p1
+        for i in range(3):
+            out[0, i] = p0[i] if t <= start else p1[i]
         return
     s = t - start
     piece = 0
@@ -88,7 +93,7 @@ def sample_swing(coefficients, half, start, end, p0, p1, times):
 @njit(cache=True)
 def least_clearance(coefficients, duration, p0, p1, profile, clearance):
     """Smallest height over the ground profile, less the wanted clearance (which fades towards both ends) [m]."""
-    chord = p1 - p0
+    chord = (p1[0] - p0[0], p1[1] - p0[1])
     horizontal2 = chord[0] * chord[0] + chord[1] * chord[1]
     point = np.empty((3, 3))
     least, last = np.inf, len(profile) - 1

@@ -71,11 +71,12 @@ class SwingSpline:
         if not t1 > t0:
             raise ValueError(f"a swing must end after it began, not from {t0} to {t1}")
         self.start_time, self.end_time = float(t0), float(t1)
-        self.start_point, self.end_point = np.array(p0, dtype=float), np.array(p1, dtype=float)
-        self.normals = np.array((n0, n1), dtype=float)
+        self.ends = np.array((p0, p1, n0, n1), dtype=float)
+        """Foot centres [m], then normals, at lift-off and touch-down, (4, 3)."""
+        self.start_point, self.end_point, self.normals = self.ends[0], self.ends[1], self.ends[2:]
         duration = self.end_time - self.start_time
         shrink = min(1.0, duration / time_scale)
-        v0, v1 = shrink * liftoff_velocity * self.normals[0], shrink * touchdown_velocity * self.normals[1]
+        v0, v1 = (shrink * liftoff_velocity) * self.ends[2], (shrink * touchdown_velocity) * self.ends[3]
         shape = self.start_point, v0, self.end_point, v1, duration, shrink * apex_height
         if profile is None:
             coefficients = swing_pieces(*shape, APEX_PART)

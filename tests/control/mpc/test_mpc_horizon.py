@@ -123,6 +123,21 @@ def test_the_stance_feet_share_the_weight():
     assert inputs[1, 2] == pytest.approx(49.05)
 
 
+def test_inputs_of_the_last_solution_are_held_where_its_contacts_still_count():
+    old_times, times = np.array([0.0, 0.1, 0.2, 0.3]), np.array([0.02, 0.12, 0.22, 0.32])
+    old_inputs = np.arange(72.0).reshape(3, 24) + 1.0
+    old_inputs[1, 3:6] = 0.0  # RF swings
+    stance = np.array([[True] * 4, [True, False, True, True], [True] * 4])
+    u_ref = np.full((3, 24), -1.0)
+    held = horizon.held_inputs(times, stance, u_ref, old_times, old_inputs)
+    np.testing.assert_array_equal(held, old_inputs)
+    late = horizon.held_inputs(times + 0.1, stance, u_ref, old_times, old_inputs)
+    np.testing.assert_array_equal(late[:, CentroidalInput.JOINT_VELOCITIES], old_inputs[[1, 2, 2], 12:])
+    assert (late[0, :12] == -1.0).all()  # RF is down now
+    assert (late[1, :12] == -1.0).all()  # RF swings now
+    assert (late[2, :12] == -1.0).all()  # beyond the last solution
+
+
 def test_an_early_touch_bears_load_but_a_late_foot_stays_planned():
     times = np.array([0.0, 0.1, 0.2, 0.5])
     line = SwingSpline(np.zeros(3), np.ones(3), -0.35, 0.15)
