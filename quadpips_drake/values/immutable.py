@@ -1,6 +1,6 @@
 """What every value on an abstract port has in common: it never changes once it is made."""
 
-import numpy as np
+from numpy import ndarray
 
 
 class ImmutableValue:
@@ -14,7 +14,7 @@ class ImmutableValue:
         # By way of the instance's dictionary: values are made thousands of times a second, and dataclasses.fields is slow.
         values = vars(self)
         for name, value in values.items():
-            if isinstance(value, np.ndarray) and value.flags.writeable:
+            if isinstance(value, ndarray) and value.flags.writeable:
                 view = value.view()
                 view.flags.writeable = False
                 values[name] = view

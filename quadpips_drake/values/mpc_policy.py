@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quadpips_drake.math.interpolation import interpolate_at
 from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE, CentroidalInput, CentroidalState, foot_forces
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
@@ -80,11 +81,9 @@ class MpcPolicy(ImmutableValue):
 
     def sample(self, time: float) -> PolicySample:
         """The policy at ``time`` [s], held at its ends: states linear between knots, inputs constant in between."""
-        last = len(self.times) - 1
-        k = min(max(int(np.searchsorted(self.times, time, side="right")) - 1, 0), last - 1)
-        ratio = min(max((time - self.times[k]) / (self.times[k + 1] - self.times[k]), 0.0), 1.0)
-        state = (1.0 - ratio) * self.states[k] + ratio * self.states[k + 1]
-        twist = (1.0 - ratio) * self.base_twists[k] + ratio * self.base_twists[k + 1]
+        state, twist = np.empty(STATE_SIZE), np.empty(6)
+        interpolate_at(time, self.times, self.base_twists, twist)
+        k = interpolate_at(time, self.times, self.states, state)
         return PolicySample(
             p_WB=state[CentroidalState.POSITION],
             rpy_WB=state[CentroidalState.ORIENTATION],

@@ -100,7 +100,7 @@ def with_early_contacts(
     corrected = stance.copy()
     for leg in np.flatnonzero(contacts):
         for spline in swings[leg]:
-            if counts_as_touchdown(spline, now, phase) and now < spline.end_time:
+            if now < spline.end_time and counts_as_touchdown(spline.start_time, spline.end_time, now, phase):
                 corrected[middle < spline.end_time, leg] = True
     return corrected
 

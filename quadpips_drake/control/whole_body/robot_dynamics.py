@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from quadpips_drake.control.whole_body.robot_dynamics_kernels import dynamics_terms
 from quadpips_drake.values.legs import NUM_JOINTS
@@ -32,6 +33,24 @@ class DynamicsTerms:
     """Generalised velocity v, (18,)."""
 
 
+def measured(state: RobotState) -> np.ndarray:
+    """``state`` in one array, which compiled functions take sooner than six: position (3) and rotation (9, row by row) of
+    the base, generalised velocities (18), joint angles (12)."""
+    rotation = state.R_WB.ravel()
+    return np.concatenate((state.p_WB, rotation, state.w_WB, state.v_WB, state.joint_velocities, state.joint_positions))
+
+
+POSITION, ROTATION, VELOCITY, JOINTS = slice(0, 3), slice(3, 12), slice(12, 30), slice(30, 42)
+"""Parts of such an array."""
+
+
+@njit(cache=True)
+def dynamics_at(tree, rotor_inertia, state, M, bias, J, foot_bias, p_WF, v_WF):
+    """``dynamics_terms`` at a state as ``measured`` puts it."""
+    rotation, terms = state[ROTATION].reshape((3, 3)), (M, bias, J, foot_bias, p_WF, v_WF)
+    dynamics_terms(tree, rotor_inertia, state[POSITION], rotation, state[JOINTS], state[VELOCITY], *terms)
+
+
 class RobotDynamics:
     """Evaluates DynamicsTerms; tests hold them against a MultibodyPlant."""
 
@@ -41,7 +60,7 @@ class RobotDynamics:
 
     def evaluate(self, state: RobotState) -> DynamicsTerms:
         """All terms at the measured ``state``."""
-        velocity = np.concatenate((state.w_WB, state.v_WB, state.joint_velocities))
-        rotation = np.ascontiguousarray(state.R_WB)
-        terms = dynamics_terms(self._tree, self._rotor_inertia, state.p_WB, rotation, state.joint_positions, velocity)
-        return DynamicsTerms(*terms, velocity)
+        where = measured(state)
+        terms = [np.empty(shape) for shape in ((18, 18), (18,), (12, 18), (12,), (4, 3), (4, 3))]
+        dynamics_at(self._tree, self._rotor_inertia, where, *terms)
+        return DynamicsTerms(*terms, where[VELOCITY])

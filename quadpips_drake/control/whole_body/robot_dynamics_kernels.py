@@ -55,8 +55,8 @@ def _moving(w, dw, arm):
 
 
 @njit(cache=True)
-def dynamics_terms(tree, rotor_inertia, p_WB, R_WB, q, v):
-    """Returns mass matrix (18, 18), bias (18,), foot Jacobian (12, 18), foot bias (12,), feet and their velocities (4, 3).
+def dynamics_terms(tree, rotor_inertia, p_WB, R_WB, q, v, M, bias, J, foot_bias, p_WF, v_WF):
+    """Fills mass matrix (18, 18), bias (18,), foot Jacobian (12, 18), foot bias (12,), feet and their velocities (4, 3).
 
     Args:
         tree: KinematicTree.
@@ -64,10 +64,9 @@ def dynamics_terms(tree, rotor_inertia, p_WB, R_WB, q, v):
         p_WB, R_WB: pose of the base.
         q: joint angles (12,).
         v: [w_WB, v_WB, joint velocities], (18,).
+        M, bias, J, foot_bias, p_WF, v_WF: are filled.
     """
-    M, bias = np.zeros((18, 18)), np.zeros(18)
-    J, foot_bias = np.zeros((12, 18)), np.empty(12)
-    p_WF, v_WF = np.empty((4, 3)), np.empty((4, 3))
+    M[:], bias[:], J[:] = 0.0, 0.0, 0.0
     base_w, base_v, zero = vector(v[:3]), vector(v[3:6]), (0.0, 0.0, 0.0)
     rotations, coms = np.empty((3, 3, 3)), np.empty((3, 3))
     forces, moments = np.empty((3, 3)), np.empty((3, 3))
@@ -109,7 +108,6 @@ def dynamics_terms(tree, rotor_inertia, p_WB, R_WB, q, v):
             store(p_WF[leg], add(vector(p_WB), foot))
     for j in range(12):
         M[6 + j, 6 + j] += rotor_inertia[j]
-    return M, bias, J, foot_bias, p_WF, v_WF
 
 
 @njit(cache=True)

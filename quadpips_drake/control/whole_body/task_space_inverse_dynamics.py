@@ -8,10 +8,11 @@ import numpy as np
 from quadpips_drake.control.whole_body import whole_body_tasks as tasks
 from quadpips_drake.control.whole_body.contact_logic import FootTargets, foot_targets
 from quadpips_drake.control.whole_body.robot_dynamics import RobotDynamics
-from quadpips_drake.control.whole_body.whole_body_assembly import WeightedAssembly
+from quadpips_drake.control.whole_body.whole_body_assembly import AssemblySettings, assembled_matrices, stands_for
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
-from quadpips_drake.control.whole_body.whole_body_methods import MethodSolution, WholeBodyProgram, make_method
+from quadpips_drake.control.whole_body.whole_body_methods import MethodSolution, WholeBodyProgram, make_method, not_a_number
 from quadpips_drake.control.whole_body.whole_body_targets import base_acceleration, joint_targets, redistributed
+from quadpips_drake.control.whole_body.whole_body_tick import CompiledTick
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.values.legs import NUM_JOINTS, NUM_LEGS
@@ -39,13 +40,12 @@ class TaskSpaceInverseDynamics:
         self._efforts = np.asarray(robot.effort_limits, dtype=float)
         # Forces are two orders of magnitude larger than accelerations: their columns are scaled by the mass for the solver.
         self._scale = np.concatenate((np.ones(tasks.NUM_VELOCITIES), np.full(tasks.NUM_FORCES, robot.mass)))
-        self._assembly = self._shortcut()
+        self._tick = self._shortcut()
 
-    def _shortcut(self) -> WeightedAssembly | None:
-        """The compiled assembly where it says what ``program`` says, else None: then the tasks themselves are solved."""
+    def _shortcut(self) -> CompiledTick | None:
+        """The compiled tick where its program says what ``program`` says, else None: then the tasks are solved."""
         if self._config.method != "weighted" or self._config.joint_stops:
             return None
-        assembly = WeightedAssembly(self._robot, self._config)
         moving = 0.1 * np.arange(1.0, 4.0)
         state = replace(standing_state(self._robot), v_WB=moving, w_WB=-moving)
         dynamics = self._dynamics.evaluate(state)
@@ -54,32 +54,29 @@ class TaskSpaceInverseDynamics:
         targets = FootTargets(modes, dynamics.p_WF, dynamics.v_WF, feet)
         normals, base, forces = np.tile([0.6, 0.0, 0.8], (NUM_LEGS, 1)), np.arange(1.0, 7.0), 10.0 + feet
         program = self.program(state, normals, targets, dynamics, base, forces)
-        assembled = assembly.matrices(dynamics, targets, base, forces, normals)
-        return assembly if assembly.stands_for(program, self._method.matrices(program), assembled) else None
+        settings = AssemblySettings.of(self._robot, self._config)
+        assembled = assembled_matrices(settings, dynamics, targets, base, forces, normals)
+        same = stands_for(program, self._method.matrices(program), assembled)
+        return CompiledTick(self._robot, self._config) if same else None
 
     def compute(self, state: RobotState, policy: MpcPolicy, last: WholeBodyCommand) -> WholeBodyCommand:
         """One tick. ``last`` is the previous result: its solution starts this one, its torque stands in for a failed one."""
         start = clock.perf_counter()
         if not state.is_known:
             return replace(WholeBodyCommand.empty(), joint_positions=np.array(self._robot.nominal_joints), status="blind")
-        dynamics = self._dynamics.evaluate(state)
         if policy.is_empty:
-            return self._stand(state, dynamics, last, "standing", last.fallbacks, 0, start)
-        sample = policy.sample(state.stamp)
-        targets = foot_targets(state, policy, sample.stance, last.foot_modes, dynamics.p_WF, dynamics.v_WF, self._config)
-        solution = self._solve(state, policy, sample, targets, dynamics, last.warm)
+            return self._stand(state, last, "standing", last.fallbacks, 0, start)
+        solution, modes, commands = (self._by_tasks if self._tick is None else self._compiled)(state, policy, last)
         if not solution.success:
-            return self._fall_back(state, targets, last, solution, dynamics, start)
-        z = solution.x
-        torque_matrix, torque_bias = tasks.torque_map(dynamics)
-        joint_positions, joint_velocities = joint_targets(state, sample, targets, dynamics)
+            return self._fall_back(state, modes, last, solution, start)
+        torque, joint_positions, joint_velocities = commands
         return WholeBodyCommand(
             stamp=state.stamp,
-            torque=np.clip(torque_matrix @ z + torque_bias, -self._efforts, self._efforts),
+            torque=torque,
             joint_positions=joint_positions,
             joint_velocities=joint_velocities,
-            forces=z[tasks.FORCE].reshape(NUM_LEGS, 3),
-            foot_modes=targets.modes,
+            forces=solution.x[tasks.FORCE].reshape(NUM_LEGS, 3),
+            foot_modes=modes,
             status=solution.status,
             success=solution.complete,
             fallbacks=last.fallbacks + (not solution.complete),
@@ -89,13 +86,24 @@ class TaskSpaceInverseDynamics:
             warm=solution.warm,
         )
 
-    def _solve(self, state, policy, sample, targets, dynamics, warm) -> MethodSolution:
+    def _compiled(self, state, policy, last) -> tuple[MethodSolution, np.ndarray, np.ndarray]:
+        """Solution, FootModes, and torques, joint positions and velocities, by the compiled tick."""
+        modes, where, good = self._tick.prepare(state, policy, last.foot_modes)
+        if not good:
+            return not_a_number(tasks.NUM_VARIABLES), modes, np.zeros((3, NUM_JOINTS))
+        solution = self._method.solve_matrices(self._tick.matrices(), self._scale, last.warm)
+        return solution, modes, self._tick.finish(solution.x, where)
+
+    def _by_tasks(self, state, policy, last) -> tuple[MethodSolution, np.ndarray, tuple]:
+        """The same, step by step."""
+        dynamics, sample = self._dynamics.evaluate(state), policy.sample(state.stamp)
+        targets = foot_targets(state, policy, sample.stance, last.foot_modes, dynamics.p_WF, dynamics.v_WF, self._config)
         base = base_acceleration(state, sample, dynamics, self._config)
         forces = redistributed(sample.forces, targets.contacts)
-        if self._assembly is None:
-            return self._method.solve(self.program(state, policy.normals, targets, dynamics, base, forces), warm)
-        matrices = self._assembly.matrices(dynamics, targets, base, forces, policy.normals)
-        return self._method.solve_matrices(matrices, self._scale, warm)
+        solution = self._method.solve(self.program(state, policy.normals, targets, dynamics, base, forces), last.warm)
+        torque_matrix, torque_bias = tasks.torque_map(dynamics)
+        torque = np.clip(torque_matrix @ solution.x + torque_bias, -self._efforts, self._efforts)
+        return solution, targets.modes, (torque, *joint_targets(state, sample, targets, dynamics))
 
     def program(self, state, normals, targets, dynamics, base, forces) -> WholeBodyProgram:
         """What is asked for, in the order of priority.
@@ -134,11 +142,11 @@ class TaskSpaceInverseDynamics:
         upper = robot.position_limits_upper - c.joint_stop_margin
         return tasks.joint_stops(state.joint_positions, state.joint_velocities, lower, upper, c.joint_stop_rate)
 
-    def _fall_back(self, state, targets, last, solution, dynamics, start) -> WholeBodyCommand:
+    def _fall_back(self, state, modes, last, solution, start) -> WholeBodyCommand:
         """The last torques with joint damping; after many failures in a row, standing by joint control."""
         failures = last.consecutive_failures + 1
         if failures > self._config.max_consecutive_failures or not np.isfinite(last.stamp):
-            return self._stand(state, dynamics, last, solution.status, last.fallbacks + 1, failures, start)
+            return self._stand(state, last, solution.status, last.fallbacks + 1, failures, start)
         damping = self._config.stand_damping * self._efforts
         return WholeBodyCommand(
             stamp=state.stamp,
@@ -146,7 +154,7 @@ class TaskSpaceInverseDynamics:
             joint_positions=last.joint_positions,
             joint_velocities=np.zeros(NUM_JOINTS),
             forces=last.forces,
-            foot_modes=targets.modes,
+            foot_modes=modes,
             status=solution.status,
             success=False,
             fallbacks=last.fallbacks + 1,
@@ -155,9 +163,9 @@ class TaskSpaceInverseDynamics:
             solve_time=clock.perf_counter() - start,
         )
 
-    def _stand(self, state, dynamics, last, status, fallbacks, failures, start) -> WholeBodyCommand:
+    def _stand(self, state, last, status, fallbacks, failures, start) -> WholeBodyCommand:
         """Joint PD about the nominal stance, the robot's weight shared by all feet."""
-        c = self._config
+        c, dynamics = self._config, self._dynamics.evaluate(state)
         nominal = np.asarray(self._robot.nominal_joints)
         forces = np.tile([0.0, 0.0, self._robot.mass * GRAVITY / NUM_LEGS], (NUM_LEGS, 1))
         torque = dynamics.bias[6:] - dynamics.foot_jacobian[:, 6:].T @ forces.ravel()

@@ -56,6 +56,11 @@ class MethodSolution:
     """Where the next program starts from."""
 
 
+def not_a_number(variables: int) -> MethodSolution:
+    """The answer to a problem that is none."""
+    return MethodSolution(False, False, "not a number in the problem", 0, np.zeros(variables))
+
+
 class WeightedMethod:
     """min sum_i w_i |A_i z - b_i|^2 in one program.
 
@@ -68,13 +73,17 @@ class WeightedMethod:
 
     def solve(self, program: WholeBodyProgram, warm: QpSolution | None) -> MethodSolution:
         """Solves the program; ``warm`` is the last solution."""
+        if not program.is_finite():
+            return not_a_number(self._size)
         return self.solve_matrices(self.matrices(program), program.scale, warm)
 
     def solve_matrices(self, matrices: tuple, scale: np.ndarray, warm: QpSolution | None) -> MethodSolution:
-        """Solves the program that ``matrices`` (see there) stand for."""
+        """Solves the program that ``matrices`` (see there), all of them finite but for bounds, stand for."""
         solution = self._qp.solve(*matrices, warm)
         x = scale * solution.x[: self._size]
-        return MethodSolution(solution.success, solution.success, solution.status, solution.iterations, x, solution)
+        x.flags.writeable = False
+        warm = solution if len(solution.y) else None
+        return MethodSolution(solution.success, solution.success, solution.status, solution.iterations, x, warm)
 
     def matrices(self, program: WholeBodyProgram) -> tuple:
         """H, g, A, b, C, lower, upper of min 1/2 y'Hy + g'y such that A y = b, lower <= C y <= upper."""
@@ -123,7 +132,7 @@ class HierarchicalMethod:
         """Solves the cascade; ``warm`` is not used."""
         n = program.equality_matrix.shape[1]
         if not program.is_finite():
-            return MethodSolution(False, False, "not a number in the problem", 0, np.zeros(n))
+            return not_a_number(n)
         x, Z = _start(program)
         limits, iterations = program.limits, 0
         for number, level in enumerate(program.levels, start=1):

@@ -29,9 +29,13 @@ class QpSolution(ImmutableValue):
     x: np.ndarray
     """Primal, (n,)."""
     y: np.ndarray
-    """Multipliers of the equalities."""
+    """Multipliers of the equalities; empty from a solver that starts from none."""
     z: np.ndarray
-    """Multipliers of the inequalities."""
+    """Multipliers of the inequalities; likewise."""
+
+
+_NO_MULTIPLIERS = np.zeros(0)
+_NO_MULTIPLIERS.flags.writeable = False
 
 
 # Drake's Python systems are never garbage collected (their callbacks refer to them), and ProxQP's bindings complain
@@ -55,7 +59,6 @@ class DenseQp:
     def __init__(
         self, variables: int, equalities: int, inequalities: int, *, tolerance: float = 1e-5, max_iterations: int = 100
     ):
-        self._sizes = (variables, equalities, inequalities)
         with needed_for("proxqp_dense"):
             from proxsuite import proxqp
         self._proxqp = proxqp
@@ -77,9 +80,6 @@ class DenseQp:
     def solve(self, H, g, A, b, C, lower, upper, warm: QpSolution | None = None) -> QpSolution:
         """Solves the program; a failure is a value with ``success`` False."""
         qp = self._qp
-        n, n_eq, n_in = self._sizes
-        if not np.isfinite(H.sum() + g.sum() + A.sum() + b.sum() + C.sum()):
-            return QpSolution(False, "not a number in the problem", 0, np.zeros(n), np.zeros(n_eq), np.zeros(n_in))
         if self._initialised:
             qp.update(H, g, A, b, C, lower, upper, False)
         else:
@@ -117,7 +117,6 @@ class PiqpDirect:
     def __init__(
         self, variables: int, equalities: int, inequalities: int, *, tolerance: float = 1e-5, max_iterations: int = 100
     ):
-        self._sizes = (variables, equalities, inequalities)
         self._solver = piqp.DenseSolver()
         settings = self._solver.settings
         settings.verbose = False
@@ -133,24 +132,16 @@ class PiqpDirect:
 
     def solve(self, H, g, A, b, C, lower, upper, warm: QpSolution | None = None) -> QpSolution:
         """Solves the program; ``warm`` is not used. A failure is a value with ``success`` False."""
-        n, n_eq, n_in = self._sizes
-        if not np.isfinite(H.sum() + g.sum() + A.sum() + b.sum() + C.sum()):
-            return QpSolution(False, "not a number in the problem", 0, np.zeros(n), np.zeros(n_eq), np.zeros(n_in))
         upper = np.maximum(upper, lower + self._LEAST_WIDTH)
-        equalities = (np.asfortranarray(A), b) if n_eq else (None, None)
+        equalities = (np.asfortranarray(A), b) if len(b) else (None, None)
         self._load(np.asfortranarray(H), g, *equalities, np.asfortranarray(C), lower, upper)
         self._load = self._solver.update
         status = self._solver.solve()
         result = self._solver.result
-        solved = status == piqp.PIQP_SOLVED
-        return QpSolution(
-            solved,
-            "solved" if solved else status.name.lower(),
-            int(result.info.iter),
-            np.array(result.x),
-            np.array(result.y),
-            np.array(result.z_u) - np.array(result.z_l),
-        )
+        x, iterations = result.x.copy(), int(result.info.iter)
+        if status == piqp.PIQP_SOLVED:
+            return QpSolution(True, "solved", iterations, x, _NO_MULTIPLIERS, _NO_MULTIPLIERS)
+        return QpSolution(False, status.name.lower(), iterations, x, _NO_MULTIPLIERS, _NO_MULTIPLIERS)
 
 
 class ProgramQp:

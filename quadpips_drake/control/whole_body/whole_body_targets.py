@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from quadpips_drake.control.whole_body.contact_logic import FootTargets
-from quadpips_drake.control.whole_body.robot_dynamics import DynamicsTerms
+from quadpips_drake.control.whole_body.robot_dynamics import JOINTS, ROTATION, VELOCITY, DynamicsTerms, measured
 from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.math.small_algebra import inverse_3x3
 from quadpips_drake.values.legs import NUM_LEGS
@@ -30,17 +30,36 @@ def rotation_error(rpy_desired, R_WB):
 
 def base_acceleration(state: RobotState, sample: PolicySample, dynamics: DynamicsTerms, config) -> np.ndarray:
     """[angular, linear] in W, (6,): what the policy's forces do to the robot with locked joints, plus PD about its pose."""
+    wanted = np.empty(6)
+    terms = dynamics.mass_matrix, dynamics.bias, dynamics.foot_jacobian
+    twist = np.concatenate((sample.w_WB, sample.v_WB))
+    forces = np.array(sample.forces)
+    aim_base(base_gains(config), *terms, measured(state), sample.p_WB, sample.rpy_WB, twist, forces, wanted)
+    return wanted
+
+
+def base_gains(config) -> tuple[float, float, float, float]:
+    """Of ``aim_base``: linear kp and kd, angular kp and kd."""
     c = config
-    gains = c.base_linear_kp, c.base_linear_kd, c.base_angular_kp, c.base_angular_kd
-    wanted = _locked_acceleration(dynamics.mass_matrix, dynamics.bias, dynamics.foot_jacobian, sample.forces)
-    measured = state.p_WB, state.v_WB, np.ascontiguousarray(state.R_WB), state.w_WB
-    return _with_feedback(wanted, *measured, sample.p_WB, sample.v_WB, sample.rpy_WB, sample.w_WB, gains)
+    return float(c.base_linear_kp), float(c.base_linear_kd), float(c.base_angular_kp), float(c.base_angular_kd)
 
 
 @njit(cache=True)
-def _locked_acceleration(mass_matrix, bias, jacobian, forces):
-    """Acceleration of the robot with locked joints under the feet's ``forces`` (4, 3): [angular, linear], (6,)."""
-    wrench, matrix = np.empty(6), np.empty((6, 6))
+def aim_base(gains, mass_matrix, bias, jacobian, state, p_d, rpy_d, twist_d, forces, wanted):
+    """Fills ``wanted`` (6,); see ``base_acceleration``. ``state`` is as ``measured`` puts it; ``forces`` (4, 3)."""
+    _locked_acceleration(mass_matrix, bias, jacobian, forces, wanted)
+    twist = state[VELOCITY]
+    error = rotation_error(rpy_d, state[ROTATION].reshape((3, 3)))
+    for i in range(3):
+        wanted[i] += gains[2] * error[i] + gains[3] * (twist_d[i] - twist[i])
+        wanted[3 + i] += gains[0] * (p_d[i] - state[i]) + gains[1] * (twist_d[3 + i] - twist[3 + i])
+
+
+@njit(cache=True)
+def _locked_acceleration(mass_matrix, bias, jacobian, forces, wrench):
+    """Fills ``wrench`` (6,) with the acceleration of the robot with locked joints under the feet's ``forces`` (4, 3):
+    [angular, linear]."""
+    matrix = np.empty((6, 6))
     for i in range(6):
         wrench[i] = -bias[i]
         for leg in range(NUM_LEGS):
@@ -59,16 +78,6 @@ def _locked_acceleration(mass_matrix, bias, jacobian, forces):
         for j in range(i + 1, 6):
             wrench[i] -= matrix[i, j] * wrench[j]
         wrench[i] /= matrix[i, i]
-    return wrench
-
-
-@njit(cache=True)
-def _with_feedback(wanted, p, v, R, w, p_d, v_d, rpy_d, w_d, gains):
-    error = rotation_error(rpy_d, R)
-    for i in range(3):
-        wanted[i] += gains[2] * error[i] + gains[3] * (w_d[i] - w[i])
-        wanted[3 + i] += gains[0] * (p_d[i] - p[i]) + gains[1] * (v_d[i] - v[i])
-    return wanted
 
 
 def joint_targets(
@@ -80,25 +89,29 @@ def joint_targets(
     Newton step of inverse kinematics away from the measured ones (on the ground: none), velocities those of the wanted feet
     under a base that moves as planned.
     """
+    positions, velocities = np.empty(12), np.empty(12)
     twist = np.concatenate((sample.w_WB, sample.v_WB))
-    steps, rates = _joint_steps(dynamics.foot_jacobian, twist, targets.positions - dynamics.p_WF, targets.velocities)
-    return state.joint_positions + np.minimum(np.maximum(steps, -_MAX_JOINT_STEP), _MAX_JOINT_STEP), rates
+    aim_joints(
+        dynamics.foot_jacobian, measured(state), twist, dynamics.p_WF, targets.positions, targets.velocities, positions,
+        velocities,
+    )  # fmt: skip
+    return positions, velocities
 
 
 @njit(cache=True)
-def _joint_steps(jacobian, twist, offsets, velocities):
-    """Joint steps for the feet's ``offsets`` (4, 3) and rates for their ``velocities`` over a base with that twist."""
-    steps, rates = np.empty(12), np.empty(12)
+def aim_joints(jacobian, state, twist, p_WF, p_d, v_d, positions, velocities):
+    """Fills joint positions and velocities (12,); see ``joint_targets``. ``twist`` is that of the planned base."""
+    joints = state[JOINTS]
     for leg in range(NUM_LEGS):
         first = 3 * leg
         normal, by_offset, by_velocity = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
         for k in range(3):
             row = jacobian[first + k]
-            velocity = velocities[leg, k]
+            velocity = v_d[leg, k]
             for i in range(6):
                 velocity -= row[i] * twist[i]
             for i in range(3):
-                by_offset[i] += row[6 + first + i] * offsets[leg, k]
+                by_offset[i] += row[6 + first + i] * (p_d[leg, k] - p_WF[leg, k])
                 by_velocity[i] += row[6 + first + i] * velocity
                 for j in range(3):
                     normal[i, j] += row[6 + first + i] * row[6 + first + j]
@@ -106,27 +119,32 @@ def _joint_steps(jacobian, twist, offsets, velocities):
             normal[i, i] += 1e-4  # damped least squares: finite where a leg is stretched out
         inverse = inverse_3x3(normal)
         for i in range(3):
-            steps[first + i] = inverse[i, 0] * by_offset[0] + inverse[i, 1] * by_offset[1] + inverse[i, 2] * by_offset[2]
-            rates[first + i] = (
+            step = inverse[i, 0] * by_offset[0] + inverse[i, 1] * by_offset[1] + inverse[i, 2] * by_offset[2]
+            positions[first + i] = joints[first + i] + min(max(step, -_MAX_JOINT_STEP), _MAX_JOINT_STEP)
+            velocities[first + i] = (
                 inverse[i, 0] * by_velocity[0] + inverse[i, 1] * by_velocity[1] + inverse[i, 2] * by_velocity[2]
             )
-    return steps, rates
+
+
+def redistributed(forces: np.ndarray, contacts: np.ndarray) -> np.ndarray:
+    """The policy's forces (4, 3) [N] when only ``contacts`` bear: what the others should carry is shared among them."""
+    wanted = np.empty((NUM_LEGS, 3))
+    redistribute(np.array(forces), contacts, wanted)
+    return wanted
 
 
 @njit(cache=True)
-def redistributed(forces, contacts):
-    """The policy's forces (4, 3) [N] when only ``contacts`` bear: what the others should carry is shared among them."""
-    wanted, missing, bearing = forces.copy(), np.zeros(3), 0
+def redistribute(forces, contacts, wanted):
+    """Fills ``wanted`` (4, 3); see ``redistributed``."""
+    bearing = 0
     for leg in range(NUM_LEGS):
-        if contacts[leg]:
-            bearing += 1
-        else:
-            missing += forces[leg]
-    if bearing in (0, NUM_LEGS):
-        return wanted
-    for leg in range(NUM_LEGS):
-        if contacts[leg]:
-            wanted[leg] += missing / bearing
-        else:
-            wanted[leg] = 0.0
-    return wanted
+        bearing += 1 if contacts[leg] else 0
+    for i in range(3):
+        missing = 0.0
+        for leg in range(NUM_LEGS):
+            missing += 0.0 if contacts[leg] else forces[leg, i]
+        for leg in range(NUM_LEGS):
+            if bearing == 0:
+                wanted[leg, i] = forces[leg, i]
+            else:
+                wanted[leg, i] = forces[leg, i] + missing / bearing if contacts[leg] else 0.0

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from quadpips_drake.control.whole_body.robot_dynamics import NUM_VELOCITIES, DynamicsTerms
+from quadpips_drake.math.small_algebra import cross, vector
 from quadpips_drake.values.legs import NUM_JOINTS, NUM_LEGS
 
 NUM_FORCES = 3 * NUM_LEGS
@@ -110,29 +111,29 @@ def friction_pyramids(normals: np.ndarray, contacts: np.ndarray, friction: float
         friction: coefficient mu [1].
         max_force: largest normal force of a foot [N].
     """
-    matrix = pyramid_rows(normals, friction)
+    matrix = np.zeros((NUM_VARIABLES, 5 * NUM_LEGS))
+    pyramid_columns(normals, friction, 1.0, matrix)
     upper = np.full(5 * NUM_LEGS, np.inf)
     upper[4::5] = np.where(contacts, max_force, 0.0)
-    return Limits(matrix, np.zeros(5 * NUM_LEGS), upper)
+    return Limits(matrix.T, np.zeros(5 * NUM_LEGS), upper)
 
 
 @njit(cache=True)
-def pyramid_rows(normals, friction):
-    """Rows of ``friction_pyramids``, five for each foot, (20, 30)."""
-    matrix = np.zeros((5 * NUM_LEGS, NUM_VARIABLES))
+def pyramid_columns(normals, friction, scale, matrix):
+    """Writes the rows of ``friction_pyramids``, five for each foot, times ``scale`` into the columns of ``matrix``, (30, 20)
+    or wider; only where they are not zero."""
     for leg in range(NUM_LEGS):
-        n = normals[leg]
-        t1 = np.array([n[2], 0.0, -n[0]]) / np.sqrt(n[0] ** 2 + n[2] ** 2)
-        t2 = np.cross(n, t1)
-        first = NUM_VELOCITIES + 3 * leg
+        n = vector(normals[leg])
+        length = np.sqrt(n[0] ** 2 + n[2] ** 2)
+        t1 = (n[2] / length, 0.0, -n[0] / length)
+        t2 = cross(n, t1)
         for i in range(3):
-            scaled = friction / np.sqrt(2.0) * n[i]
-            matrix[5 * leg, first + i] = scaled - t1[i]
-            matrix[5 * leg + 1, first + i] = scaled + t1[i]
-            matrix[5 * leg + 2, first + i] = scaled - t2[i]
-            matrix[5 * leg + 3, first + i] = scaled + t2[i]
-            matrix[5 * leg + 4, first + i] = n[i]
-    return matrix
+            row, share = NUM_VELOCITIES + 3 * leg + i, friction / np.sqrt(2.0) * n[i]
+            matrix[row, 5 * leg] = scale * (share - t1[i])
+            matrix[row, 5 * leg + 1] = scale * (share + t1[i])
+            matrix[row, 5 * leg + 2] = scale * (share - t2[i])
+            matrix[row, 5 * leg + 3] = scale * (share + t2[i])
+            matrix[row, 5 * leg + 4] = scale * n[i]
 
 
 def foot_acceleration(dynamics: DynamicsTerms, accelerations: np.ndarray, feet: np.ndarray) -> Task:

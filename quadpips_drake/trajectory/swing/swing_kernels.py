@@ -3,6 +3,11 @@
 import numpy as np
 from numba import njit
 
+START, END = 0, 1
+"""Where a path holds its times [s]."""
+_POINTS, _PIECES = 2, 8
+"""Where it holds both end points, and where its coefficients begin."""
+PATH_SIZE = _PIECES + 36
 _MIN_HORIZONTAL = 0.01
 """Below this horizontal distance [m] the apex lies straight above."""
 APEX_PART = 0.6
@@ -41,57 +46,60 @@ def _apex(p0, p1, duration, height, part):
 
 
 @njit(cache=True)
-def _quintic(p0, v0, p1, v1, duration, out):
-    """Coefficients (6, 3), constant first, of the quintic with these end points and velocities and no end acceleration."""
+def _quintic(p0, v0, p1, v1, duration, path, first):
+    """Coefficients of the quintic with these end points and velocities and no end acceleration: six for each axis."""
     t = duration
     for i in range(3):
-        d = p1[i] - p0[i]
-        out[0, i], out[1, i], out[2, i] = p0[i], v0[i], 0.0
-        out[3, i] = (10 * d - (6 * v0[i] + 4 * v1[i]) * t) / t**3
-        out[4, i] = (-15 * d + (8 * v0[i] + 7 * v1[i]) * t) / t**4
-        out[5, i] = (6 * d - 3 * (v0[i] + v1[i]) * t) / t**5
+        d, k = p1[i] - p0[i], first + 6 * i
+        path[k], path[k + 1], path[k + 2] = p0[i], v0[i], 0.0
+        path[k + 3] = (10 * d - (6 * v0[i] + 4 * v1[i]) * t) / t**3
+        path[k + 4] = (-15 * d + (8 * v0[i] + 7 * v1[i]) * t) / t**4
+        path[k + 5] = (6 * d - 3 * (v0[i] + v1[i]) * t) / t**5
 
 
 @njit(cache=True)
-def swing_pieces(p0, v0, p1, v1, duration, height, part):
-    """Coefficients (2, 6, 3) of both pieces of a swing with its apex ``height`` [m] over that part of the chord."""
+def swing_path(p0, v0, p1, v1, duration, height, part):
+    """A swing from time 0 on with its apex ``height`` [m] over that part of the chord, as one array (PATH_SIZE,): start and
+    end [s], both points, and for both pieces the coefficients of x, y, z, constant first."""
+    path = np.empty(PATH_SIZE)
+    path[START], path[END] = 0.0, duration
+    for i in range(3):
+        path[_POINTS + i], path[_POINTS + 3 + i] = p0[i], p1[i]
     middle = _apex(p0, p1, duration, height, part)
-    coefficients = np.empty((2, 6, 3))
-    _quintic(p0, v0, middle[0], middle[1], 0.5 * duration, coefficients[0])
-    _quintic(middle[0], middle[1], p1, v1, 0.5 * duration, coefficients[1])
-    return coefficients
+    _quintic(p0, v0, middle[0], middle[1], 0.5 * duration, path, _PIECES)
+    _quintic(middle[0], middle[1], p1, v1, 0.5 * duration, path, _PIECES + 18)
+    return path
 
 
 @njit(cache=True)
-def evaluate_swing(coefficients, half, start, end, p0, p1, t, out):
+def evaluate_swing(path, t, out):
     """Writes position, velocity and acceleration at ``t`` into out (3, 3); at rest outside of the swing."""
+    start, end = path[START], path[END]
     if t <= start or t >= end:
         out[:] = 0.0
         for i in range(3):
-            out[0, i] = p0[i] if t <= start else p1[i]
+            out[0, i] = path[_POINTS + i] if t <= start else path[_POINTS + 3 + i]
         return
-    s = t - start
-    piece = 0
+    s, half, first = t - start, 0.5 * (end - start), _PIECES
     if s >= half:
-        piece, s = 1, s - half
+        first, s = _PIECES + 18, s - half
     for i in range(3):
-        c = coefficients[piece, :, i]
-        out[0, i] = c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
-        out[1, i] = c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5])))
-        out[2, i] = 2 * c[2] + s * (6 * c[3] + s * (12 * c[4] + s * 20 * c[5]))
+        k = first + 6 * i
+        c0, c1, c2, c3, c4, c5 = path[k], path[k + 1], path[k + 2], path[k + 3], path[k + 4], path[k + 5]
+        out[0, i] = c0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * c5))))
+        out[1, i] = c1 + s * (2 * c2 + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))
+        out[2, i] = 2 * c2 + s * (6 * c3 + s * (12 * c4 + s * 20 * c5))
 
 
 @njit(cache=True)
-def sample_swing(coefficients, half, start, end, p0, p1, times):
-    """Position, velocity, acceleration at several times, (n, 3, 3)."""
-    out = np.empty((len(times), 3, 3))
+def sample_swing(path, times, out):
+    """Writes position, velocity and acceleration at several times into out (n, 3, 3)."""
     for k in range(len(times)):
-        evaluate_swing(coefficients, half, start, end, p0, p1, times[k], out[k])
-    return out
+        evaluate_swing(path, times[k], out[k])
 
 
 @njit(cache=True)
-def least_clearance(coefficients, duration, p0, p1, profile, clearance):
+def least_clearance(path, duration, p0, p1, profile, clearance):
     """Smallest height over the ground profile, less the wanted clearance (which fades towards both ends) [m]."""
     chord = (p1[0] - p0[0], p1[1] - p0[1])
     horizontal2 = chord[0] * chord[0] + chord[1] * chord[1]
@@ -99,7 +107,7 @@ def least_clearance(coefficients, duration, p0, p1, profile, clearance):
     least, last = np.inf, len(profile) - 1
     for k in range(1, _TESTED):
         phase = k / _TESTED
-        evaluate_swing(coefficients, 0.5 * duration, 0.0, duration, p0, p1, phase * duration, point)
+        evaluate_swing(path, phase * duration, point)
         part = phase
         if horizontal2 > _MIN_HORIZONTAL**2:
             part = ((point[0, 0] - p0[0]) * chord[0] + (point[0, 1] - p0[1]) * chord[1]) / horizontal2
@@ -114,21 +122,21 @@ def least_clearance(coefficients, duration, p0, p1, profile, clearance):
 
 
 @njit(cache=True)
-def clearing_pieces(p0, v0, p1, v1, duration, height, profile, clearance, max_rise):
-    """As ``swing_pieces``, with the lowest apex that clears the profile; the best one there is when none does.
+def clearing_path(p0, v0, p1, v1, duration, height, profile, clearance, max_rise):
+    """As ``swing_path``, with the lowest apex that clears the profile; the best one there is when none does.
 
     Between apexes of the same height the usual place is preferred.
     """
-    best = swing_pieces(p0, v0, p1, v1, duration, height, APEX_PART)
+    best = swing_path(p0, v0, p1, v1, duration, height, APEX_PART)
     best_clearance = least_clearance(best, duration, p0, p1, profile, clearance)
     rise = 0.0
     while best_clearance < 0.0 and rise <= max_rise + 1e-9:
         for option in range(1 + len(_OTHER_PARTS)):
             part = APEX_PART if option == 0 else _OTHER_PARTS[option - 1]
-            pieces = swing_pieces(p0, v0, p1, v1, duration, height + rise, part)
-            found = least_clearance(pieces, duration, p0, p1, profile, clearance)
+            path = swing_path(p0, v0, p1, v1, duration, height + rise, part)
+            found = least_clearance(path, duration, p0, p1, profile, clearance)
             if found > best_clearance:
-                best, best_clearance = pieces, found
+                best, best_clearance = path, found
             if best_clearance >= 0.0:
                 break
         rise += _HEIGHT_STEP

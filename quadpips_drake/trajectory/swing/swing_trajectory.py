@@ -5,10 +5,12 @@ import numpy as np
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.trajectory.swing.swing_kernels import (
     APEX_PART,
-    clearing_pieces,
+    END,
+    START,
+    clearing_path,
     evaluate_swing,
     sample_swing,
-    swing_pieces,
+    swing_path,
 )
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -79,10 +81,11 @@ class SwingSpline:
         v0, v1 = (shrink * liftoff_velocity) * self.ends[2], (shrink * touchdown_velocity) * self.ends[3]
         shape = self.start_point, v0, self.end_point, v1, duration, shrink * apex_height
         if profile is None:
-            coefficients = swing_pieces(*shape, APEX_PART)
+            self.path = swing_path(*shape, APEX_PART)
         else:
-            coefficients = clearing_pieces(*shape, profile, shrink * clearance, _RISE_LIMIT * apex_height)
-        self._path = coefficients, 0.5 * duration, self.start_time, self.end_time, self.start_point, self.end_point
+            self.path = clearing_path(*shape, profile, shrink * clearance, _RISE_LIMIT * apex_height)
+        """All of it in one array, for compiled functions; see ``swing_path``."""
+        self.path[START], self.path[END] = self.start_time, self.end_time
 
     @staticmethod
     def plan(t0, t1, p0, p1, normal=_UP, config: SwingConfig | None = None, *, liftoff_normal=_UP, profile=None):
@@ -106,12 +109,14 @@ class SwingSpline:
     def evaluate(self, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Returns position [m], velocity [m/s] and acceleration [m/s^2] at the time ``t`` [s], (3,) each."""
         out = np.empty((3, 3))
-        evaluate_swing(*self._path, float(t), out)
+        evaluate_swing(self.path, float(t), out)
         return out[0], out[1], out[2]
 
     def sample(self, times) -> np.ndarray:
         """Position, velocity and acceleration at ``times`` (n,), as (n, 3, 3): moment, derivative, axis."""
-        return sample_swing(*self._path, np.ascontiguousarray(times, dtype=float))
+        out = np.empty((len(times), 3, 3))
+        sample_swing(self.path, np.array(times, dtype=float), out)
+        return out
 
     def position(self, t) -> np.ndarray:
         """Position [m] at one time (3,) or several (n, 3)."""

@@ -7,12 +7,13 @@ import pytest
 
 from quadpips_drake.control.whole_body import task_space_inverse_dynamics as wbc
 from quadpips_drake.control.whole_body import whole_body_targets as targets
-from quadpips_drake.control.whole_body.contact_logic import foot_mode
+from quadpips_drake.control.whole_body.contact_logic import NO_SWING, foot_mode
 from quadpips_drake.control.whole_body.whole_body_qp import QpSolution
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
+from quadpips_drake.trajectory.swing.swing_trajectory import SwingSpline
 from quadpips_drake.values.centroidal import CentroidalInput, CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.mpc_policy import MpcPolicy
@@ -102,14 +103,15 @@ def test_a_failed_program_is_counted_and_has_a_fallback(monkeypatch):
 def test_a_state_that_is_not_a_number_fails_cleanly():
     robot = load_robot("go2")
     control = wbc.TaskSpaceInverseDynamics(robot)
-    good = control.compute(standing_state(robot), _standing_policy(robot), wbc.WholeBodyCommand.empty())
-    solution = control._method._qp.solve(np.full((30, 30), np.nan), *(np.zeros(1) for _ in range(6)), good.warm)
-    assert not solution.success
-    assert "not a number" in solution.status
+    policy = _standing_policy(robot)
+    good = control.compute(standing_state(robot), policy, wbc.WholeBodyCommand.empty())
+    blown_up = replace(standing_state(robot, 0.002), joint_velocities=np.full(12, np.nan))
+    bad = control.compute(blown_up, policy, good)
+    assert not bad.success
+    assert "not a number" in bad.status
 
 
-class _Spline:
-    start_time, end_time = 0.0, 0.4
+_PATH = SwingSpline(np.zeros(3), np.ones(3), 0.0, 0.4).path
 
 
 @pytest.mark.parametrize(
@@ -125,12 +127,13 @@ class _Spline:
     ],
 )
 def test_planned_and_sensed_contact_decide_the_mode(planned, sensed, last, time, mode):
-    assert foot_mode(planned, sensed, last, _Spline(), time, 0.6) == mode
+    assert foot_mode(planned, sensed, int(last), _PATH, time, 0.6) == mode
 
 
 def test_a_foot_without_a_swing_stands_unless_its_swing_was_dropped():
-    assert foot_mode(True, False, FootMode.STANCE, None, 0.5, 0.6) == FootMode.STANCE
-    assert foot_mode(True, False, FootMode.SWING, None, 0.5, 0.6) == FootMode.SEARCH
+    assert foot_mode(True, False, int(FootMode.STANCE), NO_SWING, 0.5, 0.6) == FootMode.STANCE
+    assert foot_mode(True, False, int(FootMode.SWING), NO_SWING, 0.5, 0.6) == FootMode.SEARCH
+    assert foot_mode(False, True, int(FootMode.SWING), NO_SWING, 0.5, 0.6) == FootMode.SWING
 
 
 def test_rotation_error_is_the_rotation_vector_for_small_angles():

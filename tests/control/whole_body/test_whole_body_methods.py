@@ -9,7 +9,7 @@ from quadpips_drake.control.whole_body import whole_body_methods as methods
 from quadpips_drake.control.whole_body.contact_logic import foot_targets
 from quadpips_drake.control.whole_body.robot_dynamics import RobotDynamics
 from quadpips_drake.control.whole_body.task_space_inverse_dynamics import TaskSpaceInverseDynamics
-from quadpips_drake.control.whole_body.whole_body_assembly import WeightedAssembly
+from quadpips_drake.control.whole_body.whole_body_assembly import AssemblySettings, assembled_matrices
 from quadpips_drake.control.whole_body.whole_body_config import WbcConfig
 from quadpips_drake.control.whole_body.whole_body_qp import QpSolution, make_whole_body_qp
 from quadpips_drake.control.whole_body.whole_body_tasks import Level, Limits, Task, base_acceleration, joint_stops
@@ -92,10 +92,49 @@ def test_the_compiled_assembly_says_the_same_as_the_tasks(name):
     planned = foot_targets(state, policy, TROT, modes, dynamics.p_WF, dynamics.v_WF, WbcConfig())
     base, forces = np.arange(6.0), 10.0 * np.arange(12.0).reshape(4, 3)
     normals = np.tile([0.1, -0.2, 1.0] / np.linalg.norm([0.1, -0.2, 1.0]), (4, 1))
-    compiled = WeightedAssembly(robot, WbcConfig()).matrices(dynamics, planned, base, forces, normals)
+    settings = AssemblySettings.of(robot, WbcConfig())
+    compiled = assembled_matrices(settings, dynamics, planned, base, forces, normals)
     tasks = control._method.matrices(control.program(state, normals, planned, dynamics, base, forces))
     for ours, expected in zip(compiled, tasks, strict=True):
         np.testing.assert_allclose(ours, expected, atol=1e-9 * np.abs(expected[np.isfinite(expected)]).max())
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("moment", ["in mid-swing", "early touch", "missing ground", "dropped swing", "after the plan"])
+def test_the_compiled_tick_is_the_one_by_tasks(name, moment, monkeypatch):
+    """To rounding: the program, and what becomes of its solution."""
+    robot = load_robot(name)
+    state, policy = mid_trot(robot)
+    policy = replace(policy, normals=np.tile([0.1, -0.2, 1.0] / np.linalg.norm([0.1, -0.2, 1.0]), (4, 1)))
+    if moment == "early touch":
+        state = replace(state, stamp=0.25, contacts=np.array([True, True, False, True]))
+    if moment in ("missing ground", "dropped swing"):
+        state = replace(state, stamp=0.32)  # RF and LH should be down
+    if moment == "dropped swing":
+        policy = replace(policy, swings=((), (), (), ()))
+    if moment == "after the plan":
+        state = replace(state, stamp=0.5, contacts=ALL_DOWN)
+    solve, programs = methods.WeightedMethod.solve_matrices, []
+
+    def noting(self, matrices, scale, warm):
+        programs.append([np.array(part) for part in matrices])
+        if len(programs) == 2:  # both go on from the solution of one program: rounding in it is not what this is about
+            matrices = programs[0]
+        return solve(self, matrices, scale, warm)
+
+    monkeypatch.setattr(methods.WeightedMethod, "solve_matrices", noting)
+    compiled, by_tasks = TaskSpaceInverseDynamics(robot), TaskSpaceInverseDynamics(robot)
+    by_tasks._tick = None
+    last = replace(WholeBodyCommand.empty(), foot_modes=np.array([0, 1, 1, 0]))
+    one, other = (control.compute(state, policy, last) for control in (compiled, by_tasks))
+    for ours, expected in zip(*programs, strict=True):
+        np.testing.assert_allclose(ours, expected, atol=1e-9 * np.abs(expected[np.isfinite(expected)]).max())
+    assert one.success and other.success
+    np.testing.assert_array_equal(one.foot_modes, other.foot_modes)
+    np.testing.assert_array_equal(one.forces, other.forces)
+    for name in ("torque", "joint_positions", "joint_velocities"):
+        np.testing.assert_allclose(getattr(one, name), getattr(other, name), atol=1e-9)
+        assert not getattr(one, name).flags.writeable
 
 
 class StillBase(TaskSpaceInverseDynamics):
@@ -131,9 +170,9 @@ def test_the_shortcut_steps_aside_for_any_other_program():
             found = super().program(*args)
             return replace(found, limits=replace(found.limits, upper=2.0 * found.limits.upper))
 
-    assert TaskSpaceInverseDynamics(robot)._assembly is not None
+    assert TaskSpaceInverseDynamics(robot)._tick is not None
     for other in (StillBase, Heavier, Freer):
-        assert other(robot)._assembly is None
+        assert other(robot)._tick is None
 
 
 def accelerations(robot, state, command):
