@@ -16,12 +16,14 @@ WORKERS ?= 2
 help:  ## Show this list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /make \1|/' | awk -F'|' '{ printf "  %-12s %s\n", $$1, $$2 }'
 
-setup: $(STAMP)  ## Build or update .venv (done by the other targets when needed)
+setup: $(STAMP)  ## Build or update .venv (done by the other targets when needed), compile numerical kernels
+	-@$(BIN)/python -m quadpips_drake.cli.main doctor --warm
 
 run: $(STAMP)  ## ANYmal C crosses stepping stones by its own camera; prints where the recording lies
 	$(BIN)/python -m quadpips_drake.cli.main run --overwrite $(ARGS)
 
 test: lint  ## Lint, format check and all tests
+	-@$(BIN)/python -m quadpips_drake.cli.main doctor --warm
 	$(BIN)/python -m pytest -q --benchmark-disable -n $(WORKERS) --dist loadfile --no-loadscope-reorder $(PYTEST_ARGS)
 
 lint: $(STAMP)  ## Lint and format check only

@@ -10,16 +10,20 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import wraps
 from pathlib import Path
 
 import llvmlite.binding
 import numba
-from numba.core import event
+from filelock import FileLock
+from numba.core import caching, event
 from numba.core.dispatcher import Dispatcher
 
 from quadpips_drake.files import write_json
 
 _PACKAGE = "quadpips_drake."
+_PATIENCE = 10.0
+"""How long a process waits for others that save compiled kernels [s]."""
 
 
 class _Stopwatch(event.Listener):
@@ -48,6 +52,33 @@ _stopwatch = _Stopwatch()
 event.register("numba:compile", _stopwatch)
 
 
+def _one_at_a_time(save: Callable) -> Callable:
+    """``save`` of numba's cache, by one process at a time.
+
+    It reads the index of a kernel, adds a specialisation, and writes it back: of two processes that do so at once one would
+    lose its entry, and both could take the same file for their code.
+    """
+
+    @wraps(save)
+    def saved(cache, *arguments):
+        folder = Path(cache.cache_path)
+        lock = FileLock(folder / "saving.lock")
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            lock.acquire(timeout=_PATIENCE)
+        except (OSError, NotImplementedError):  # a file system without locks, or a process that hangs
+            return save(cache, *arguments)
+        try:
+            return save(cache, *arguments)
+        finally:
+            lock.release()
+
+    return saved
+
+
+caching.Cache.save_overload = _one_at_a_time(caching.Cache.save_overload)
+
+
 def work_clock() -> float:
     """Wall-clock time [s] from an arbitrary origin, without the time in which kernels were compiled."""
     return time.perf_counter() - _stopwatch.total
@@ -63,21 +94,18 @@ def on_compiling(listener: Callable[[], None]) -> Iterator[None]:
         _stopwatch.listeners.remove(listener)
 
 
-def are_warm(kind: str) -> bool:
-    """Whether kernels have been compiled for such a ``kind`` of trial since their sources changed last.
-
-    When they have not, it will take long. When they have, a few that such trials seldom call may still be missing.
-    """
+def are_warm(group: str) -> bool:
+    """Whether the kernels of a group have been compiled since the source of any kernel changed last."""
     try:
-        return json.loads(_stamp(kind).read_text(encoding="utf-8")) == _compiler()
+        return json.loads(_stamp(group).read_text(encoding="utf-8")) == _compiler()
     except (OSError, ValueError):
         return False
 
 
-def note_warm(kind: str) -> None:
-    """Notes that the kernels for this ``kind`` of trial have been compiled, where that can be written."""
+def note_warm(group: str) -> None:
+    """Notes that the kernels of a group have been compiled, where that can be written."""
     with suppress(OSError):
-        write_json(_stamp(kind), _compiler())
+        write_json(_stamp(group), _compiler())
 
 
 def remove_broken_kernels() -> list[Path]:
@@ -99,9 +127,9 @@ def _kernels() -> list[Dispatcher]:
     return [kernel for kernel in found.values() if kernel.stats.cache_path]
 
 
-def _stamp(kind: str) -> Path:
-    """The file beside the compiled kernels that says that they are complete."""
-    return Path(_anchor.stats.cache_path) / f"warm-{kind}.json"
+def _stamp(group: str) -> Path:
+    """The file beside the compiled kernels that says that those of a group are complete."""
+    return Path(_anchor.stats.cache_path) / f"warm-{group.replace(' ', '-')}.json"
 
 
 def _compiler() -> dict:

@@ -42,6 +42,11 @@ class Outcome:
     """What the job raised, or JobFailed; None when ``value`` is its result."""
 
 
+def available_cores() -> int:
+    """Processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def run_jobs(
     jobs: dict[Hashable, Callable[[], Any]],
     *,

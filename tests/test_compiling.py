@@ -1,6 +1,8 @@
 """The clock that stands still while kernels are compiled; damaged files in their cache."""
 
 import pickle
+import subprocess
+import sys
 import time
 from types import SimpleNamespace
 
@@ -67,15 +69,51 @@ def test_a_damaged_kernel_is_compiled_anew(suffix, keep, tmp_path, monkeypatch):
     assert again(2) == 4
 
 
+COMPILING = """
+import sys, time
+sys.path.insert(0, sys.argv[1])
+from numba.core import caching
+import quadpips_drake.compiling
+import some_kernels
+
+def slowly(self, overloads, save_index=caching.IndexDataCacheFile._save_index):
+    time.sleep(1.0)  # the other process is there by now
+    save_index(self, overloads)
+
+caching.IndexDataCacheFile._save_index = slowly
+print("ready", flush=True)
+input()
+print(*(some_kernels.twice(eval(argument)) for argument in sys.argv[2:]))
+print(sum(some_kernels.twice.stats.cache_hits.values()), "found")
+"""
+
+
+def test_processes_that_compile_one_kernel_at_the_same_time_lose_nothing(tmp_path):
+    kernel_of(tmp_path)
+
+    def start(*arguments):
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        process = subprocess.Popen([sys.executable, "-c", COMPILING, str(tmp_path), *arguments], **pipes)
+        assert process.stdout.readline() == "ready\n"
+        return process
+
+    processes = start("1"), start("1.5")
+    for process in processes:
+        process.stdin.write("\n")
+        process.stdin.flush()
+    assert [process.communicate(timeout=60)[0] for process in processes] == ["2\n0 found\n", "3.0\n0 found\n"]
+    assert start("1", "1.5").communicate("\n", timeout=60)[0] == "2 3.0\n2 found\n"
+
+
 def test_warmth_is_remembered_until_sources_change(tmp_path, monkeypatch):
     monkeypatch.setattr(compiling, "_anchor", SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path))))
-    assert not compiling.are_warm("Trial")
-    compiling.note_warm("Trial")
-    assert compiling.are_warm("Trial")
-    assert not compiling.are_warm("WalkTrial")
+    assert not compiling.are_warm("some stages")
+    compiling.note_warm("some stages")
+    assert compiling.are_warm("some stages")
+    assert not compiling.are_warm("other stages")
     compiler = compiling._compiler()
     monkeypatch.setattr(compiling, "_compiler", lambda: compiler | {"newest_source": compiler["newest_source"] + 1.0})
-    assert not compiling.are_warm("Trial")
+    assert not compiling.are_warm("some stages")
 
 
 def test_kernels_of_the_package_are_found():

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from quadpips_drake.cli.console import FAILURE, end_interrupted, messages, print_error, say, to_directory, writable_directory
+from quadpips_drake.cli.warming import compile_kernels
 
 EPILOG = """
 Examples:
@@ -41,6 +42,7 @@ def dataset(
     plan_shards(frames, config)  # refuses too few before anything is written
     writable_directory(out)
     check_renderer()
+    compile_kernels()  # rather than in each of the workers
     started = time.perf_counter()
     _make_with_progress(out, frames, seed, config, workers, resume)
     say(f"dataset:  {out}, at least {frames} frames, seed {seed}, {time.perf_counter() - started:.0f} s")

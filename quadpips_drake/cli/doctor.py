@@ -8,12 +8,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
 from quadpips_drake.cli import console
+from quadpips_drake.cli.warming import compile_kernels
 from quadpips_drake.solvers.missing_solver import MissingSolverError
-from quadpips_drake.worker_pool import run_jobs
+from quadpips_drake.worker_pool import available_cores, run_jobs
 
 OK, NOTE, FAIL = "OK", "NOTE", "FAIL"
 _COLORS = {OK: "green", NOTE: "yellow", FAIL: "red"}
@@ -23,6 +25,10 @@ STANDING_TIME = 1.0
 
 class CheckFailed(Exception):
     """A check that failed; the message says what is wrong."""
+
+
+class CheckNoted(Exception):
+    """A check that found something worth knowing, which is no failure; the message says what."""
 
 
 @dataclass(frozen=True)
@@ -40,12 +46,21 @@ class Check:
     """Whether to run in a process of its own, because a missing system library may end the process."""
 
 
-def doctor():
+def doctor(
+    warm: Annotated[
+        bool, typer.Option("--warm", help="Check nothing, but compile all numerical kernels that are not compiled yet.")
+    ] = False,
+):
     """Check this machine: Python, Drake, rendering, solvers, cores, caches, and one second of standing.
 
     Each line says OK, FAIL (the next one says what to do) or NOTE (something is missing that only some settings need).
     Exit status: 0 nothing failed, 1 something did.
     """
+    if warm:
+        try:
+            raise typer.Exit(console.SUCCESS if compile_kernels() else console.FAILURE)
+        except KeyboardInterrupt as interrupt:
+            console.end_interrupted(interrupt, "what has been compiled so far is kept")
     output = console.PlainConsole(highlight=False, soft_wrap=True)
     failures = 0
     for check in checks():
@@ -68,6 +83,7 @@ def checks() -> Iterator[Check]:
     yield Check("Drake", _drake, reinstall, isolated=True)
     yield Check("processor cores", _cores, "use a machine with 2 cores or more; with one it works, slowly")
     yield Check("compiled-code cache", _numba_cache, "make the package's folder writable, or set NUMBA_CACHE_DIR")
+    yield Check("compiled kernels", _kernels, reinstall)
     for solver in ("PIQP", "ProxQP", "OSQP", "Clarabel"):
         optional = solver == "ProxQP"  # no default names it, and PIQP is what all are made with
         yield Check(f"solver {solver}", partial(_solve, solver.lower()), reinstall, optional, isolated=True)
@@ -87,8 +103,8 @@ def outcome(check: Check) -> tuple[str, str]:
         return OK, ended.value
     except Exception as error:  # a doctor reports whatever the matter is
         lines = str(error).strip().splitlines()
-        missing = check.optional and isinstance(error, MissingSolverError)
-        return NOTE if missing else FAIL, lines[0] if lines else type(error).__name__
+        is_note = isinstance(error, CheckNoted) or (check.optional and isinstance(error, MissingSolverError))
+        return NOTE if is_note else FAIL, lines[0] if lines else type(error).__name__
 
 
 def _python() -> str:
@@ -104,7 +120,7 @@ def _drake() -> str:
 
 
 def _cores() -> str:
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    cores = available_cores()
     if cores < 2:
         raise CheckFailed(f"only {cores}")
     return str(cores)
@@ -119,6 +135,15 @@ def _numba_cache() -> str:
     if not os.access(folder, os.W_OK):
         raise CheckFailed(f"{folder} is not writable, so that every start would compile anew")
     return f"{folder} is writable"
+
+
+def _kernels() -> str:
+    from quadpips_drake.trials.warming.warm_up import EXERCISES, cold_groups
+
+    cold = cold_groups()
+    if cold:
+        raise CheckNoted(f"not compiled yet: {', '.join(cold)}; the first run does it, or now: quadpips doctor --warm")
+    return f"all there ({', '.join(EXERCISES)})"
 
 
 def _solve(name: str) -> str:

@@ -9,6 +9,7 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn
 
 from quadpips_drake.cli import console
+from quadpips_drake.cli.warming import compile_kernels
 from quadpips_drake.errors import UserInputError
 
 # Options that mean the same with every command that simulates.
@@ -64,6 +65,12 @@ class RunProgress:
         if console.messages.is_terminal:
             self._bar.stop()
 
+    def warm_up(self) -> None:
+        """Compiles the numerical kernels where that has not happened yet; that has a bar of its own."""
+        self.__exit__()
+        compile_kernels()
+        self.__enter__()
+
     def announce(self, text: str) -> None:
         """Takes what goes on beside the simulation itself."""
         if text == self._said:
@@ -112,6 +119,7 @@ def run_and_report(
     try:
         with RunProgress(config.duration) as progress:
             options |= {"meshcat": browser, "progress": progress, "announce": progress.announce}
+            options["warm_up"] = progress.warm_up
             result = simulate(config, out, recording=recording, overwrite=overwrite, **options)
     except KeyboardInterrupt as interrupt:
         written = [name for name, state in _contents(out).items() if before.get(name) != state]

@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from quadpips_drake.math.small_algebra import cross, subtract, vector
+
 
 class KinematicTree(NamedTuple):
     """Thirteen links: link 0 is the base B, link 1 + j is moved by joint j. At q = 0 all link frames are parallel to B.
@@ -44,12 +46,22 @@ def link_poses_B(joint_axis, joint_offset, q):
     """Returns the rotations (13, 3, 3) and origins (13, 3) of all links in the base frame at joint angles ``q`` (12,)."""
     rotations = np.zeros((13, 3, 3))
     origins = np.zeros((13, 3))
-    rotations[0] = np.eye(3)
+    for k in range(3):
+        rotations[0, k, k] = 1.0
     for j in range(12):
         parent = 0 if j % 3 == 0 else j
-        rotations[1 + j] = rotations[parent] @ axis_rotation(joint_axis[j], q[j])
-        origins[1 + j] = origins[parent] + rotations[parent] @ joint_offset[j]
+        # Into the results at once: to assign an array to a part of one takes numba seconds to compile.
+        np.dot(rotations[parent], axis_rotation(joint_axis[j], q[j]), rotations[1 + j])
+        _add_rotated(origins[parent], rotations[parent], joint_offset[j], origins[1 + j])
     return rotations, origins
+
+
+@njit(cache=True)
+def _add_rotated(origin, rotation, offset, out):
+    """Writes ``origin`` + ``rotation`` @ ``offset`` into ``out`` (3,)."""
+    rotated = rotation @ offset
+    for k in range(3):
+        out[k] = origin[k] + rotated[k]
 
 
 @njit(cache=True)
@@ -59,7 +71,7 @@ def foot_positions_B(joint_axis, joint_offset, foot_offset, q):
     feet = np.empty((4, 3))
     for leg in range(4):
         shank = 3 * leg + 3
-        feet[leg] = origins[shank] + rotations[shank] @ foot_offset[leg]
+        _add_rotated(origins[shank], rotations[shank], foot_offset[leg], feet[leg])
     return feet
 
 
@@ -68,11 +80,14 @@ def foot_jacobians_B(joint_axis, joint_offset, foot_offset, q):
     """Returns d p_BF / d q_leg (4, 3, 3): column i belongs to the leg's joint i (HAA, HFE, KFE)."""
     rotations, origins = link_poses_B(joint_axis, joint_offset, q)
     jacobians = np.empty((4, 3, 3))
+    foot = np.empty(3)
     for leg in range(4):
         shank = 3 * leg + 3
-        foot = origins[shank] + rotations[shank] @ foot_offset[leg]
+        _add_rotated(origins[shank], rotations[shank], foot_offset[leg], foot)
         for i in range(3):
             link = 3 * leg + 1 + i
             axis = rotations[link] @ joint_axis[3 * leg + i]
-            jacobians[leg, :, i] = np.cross(axis, foot - origins[link])
+            column = cross(vector(axis), subtract(vector(foot), vector(origins[link])))
+            for k in range(3):
+                jacobians[leg, k, i] = column[k]
     return jacobians

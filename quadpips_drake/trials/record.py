@@ -2,11 +2,10 @@
 
 import traceback
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from quadpips_drake.compiling import are_warm, note_warm, on_compiling, remove_broken_kernels
+from quadpips_drake.compiling import on_compiling, remove_broken_kernels
 from quadpips_drake.configuration.loading import save_config
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.files import replacing, write_text
@@ -14,11 +13,9 @@ from quadpips_drake.interruption import undisturbed
 from quadpips_drake.trials.result import TrialResult, installed_versions
 from quadpips_drake.trials.result_directory import ResultDirectory, why
 from quadpips_drake.trials.simulated_trial import BREAKDOWNS, SimulatedTrial, SimulationConfig, in_one_line
+from quadpips_drake.trials.warming.warm_up import warm_up
 from quadpips_drake.visualization.meshcat_layers import draw_course
 from quadpips_drake.visualization.recording import make_quiet_meshcat, save_recording, start_recording
-
-WARM_UP_TIME = 4.0
-"""Simulated time in which every stage has computed at least once [s]."""
 
 
 def record_trial(
@@ -31,6 +28,7 @@ def record_trial(
     meshcat=None,
     progress: Callable[[float], None] | None = None,
     announce: Callable[[str], None] = lambda text: None,
+    warm_up: Callable[[], object] = warm_up,
     **options,
 ) -> TrialResult:
     """Runs a trial and writes result.json, config.yaml, log.npz and (if wanted) recording.html into ``out``.
@@ -48,6 +46,7 @@ def record_trial(
         meshcat: a Meshcat to show the trial in while it runs; made when a recording is wanted.
         progress: called with the simulated time [s] now and then.
         announce: told what goes on before and after the simulation.
+        warm_up: called before anything is built, to compile the numerical kernels where that has not happened yet.
         options: further keyword arguments of ``kind``.
 
     Raises:
@@ -58,39 +57,18 @@ def record_trial(
         announce("building")
         if remove_broken_kernels():
             announce("compiling anew what was damaged in the cache of kernels")
-        if recording and meshcat is None:
-            meshcat = make_quiet_meshcat()
-        warm = are_warm(kind.__name__)
-        with on_compiling(lambda: announce("compiling" if warm else "compiling, once, for a minute or two")):
+        with on_compiling(lambda: announce("compiling")):
+            warm_up()
+            if recording and meshcat is None:
+                meshcat = make_quiet_meshcat()
             try:
                 trial = kind(config, meshcat=meshcat, **options)
-                if not warm:
-                    warm_up(kind, config, **{key: options[key] for key in ("robot", "terrain") if key in options})
             except BREAKDOWNS as error:
                 return _refused(config, directory, error)
             if meshcat is not None:
                 draw_course(meshcat, trial.terrain)
             _begin(config, directory)
             return _simulate(trial, directory, meshcat if recording else None, progress, announce)
-
-
-def warm_up(kind: Callable, config: SimulationConfig, **options) -> None:
-    """Compiles the kernels: simulates the beginning of a trial and forgets it.
-
-    It is a trial of its own, without drawing, so that the real one finds nothing that it would not find otherwise.
-
-    Args:
-        kind: class of the trial, called with ``config`` and ``options``.
-        config: of the trial.
-        options: keyword arguments of ``kind``.
-    """
-    try:
-        trial = kind(replace(config, duration=WARM_UP_TIME), **options)
-    except BREAKDOWNS:  # too little memory for two, say: then the trial itself compiles
-        return
-    verdict = trial.run()
-    if verdict.reason == trial.SUCCESS or trial.context.get_time() >= WARM_UP_TIME - 1e-6:
-        note_warm(kind.__name__)
 
 
 def _begin(config: SimulationConfig, directory: ResultDirectory) -> None:

@@ -14,6 +14,7 @@ from quadpips_drake.cli import console, doctor
 from quadpips_drake.cli.main import app
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.solvers.missing_solver import MissingSolverError
+from quadpips_drake.trials.warming import warm_up as warming
 
 COMMANDS = ["run", "terrain", "diagram", "doctor"]
 
@@ -138,6 +139,36 @@ def test_doctor_reports_failures_with_their_remedy(monkeypatch):
     ]
     checks.remove(broken)
     assert quadpips("doctor")[0] == 0, "what is optional does not fail"
+
+
+def test_doctor_tells_cold_kernels_from_warm_ones(monkeypatch):
+    check = doctor.Check("compiled kernels", doctor._kernels, "")
+    monkeypatch.setattr(warming, "cold_groups", lambda: ["perception", "planning"])
+    verdict, remark = doctor.outcome(check)
+    assert verdict == doctor.NOTE and "perception, planning; the first run does it" in remark
+    monkeypatch.setattr(warming, "cold_groups", list)
+    assert doctor.outcome(check)[0] == doctor.OK
+
+
+def test_doctor_warms(monkeypatch):
+    errors = {"planning": RuntimeError("there is no\nground")}
+
+    def warm_up(told):
+        told(["perception", "planning"], 0, 2)
+        return errors
+
+    monkeypatch.setattr(warming, "cold_groups", lambda: ["perception", "planning"])
+    monkeypatch.setattr(warming, "warm_up_in_parallel", warm_up)
+    status, output, messages = quadpips("doctor", "--warm")
+    assert (status, output) == (1, "")
+    assert messages.splitlines()[:2] == [
+        "compiling numerical kernels, once for this machine: perception, planning",
+        "planning: not compiled ahead (there is no ground); it is compiled when it is needed",
+    ]
+    errors.clear()
+    assert quadpips("doctor", "--warm")[0] == 0
+    monkeypatch.setattr(warming, "cold_groups", list)
+    assert quadpips("doctor", "--warm") == (0, "", "")
 
 
 def _end_abruptly():

@@ -21,7 +21,6 @@ CONFIG = ToyConfig(duration=0.1)
 
 @pytest.fixture(autouse=True)
 def warm(monkeypatch):
-    monkeypatch.setattr(record, "are_warm", lambda kind: True)
     monkeypatch.setattr(record, "remove_broken_kernels", list)
     for name in ("draw_course", "start_recording"):
         monkeypatch.setattr(record, name, lambda *_: None)
@@ -29,7 +28,7 @@ def warm(monkeypatch):
 
 
 def run(out, config=CONFIG, **options):
-    return record_trial(ToyTrial, config, out, **{"recording": False, **options})
+    return record_trial(ToyTrial, config, out, **{"recording": False, "warm_up": lambda: None, **options})
 
 
 def contents(folder: Path) -> dict:
@@ -169,12 +168,10 @@ def test_a_result_that_cannot_be_told_whole_is_told_in_part(tmp_path, monkeypatc
     assert "nothing to be seen" in (tmp_path / "error.txt").read_text()
 
 
-def test_the_first_trial_warms_up_and_forgets_it(tmp_path, monkeypatch):
-    warmed = []
-    monkeypatch.setattr(record, "are_warm", lambda kind: False)
-    monkeypatch.setattr(record, "note_warm", warmed.append)
-    before = ToyTrial.built
-    result = run(tmp_path)
-    assert warmed == ["ToyTrial"]
-    assert ToyTrial.built == before + 2
-    assert result.sim_time == pytest.approx(0.1)
+def test_kernels_are_compiled_before_anything_is_built(tmp_path):
+    built = []
+    run(tmp_path, warm_up=lambda: built.append(ToyTrial.built))
+    assert built == [ToyTrial.built - 1]
+    with pytest.raises(UserInputError, match="holds results"):
+        run(tmp_path, warm_up=lambda: built.append("although the directory is taken"))
+    assert len(built) == 1

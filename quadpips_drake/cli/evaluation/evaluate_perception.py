@@ -7,6 +7,7 @@ import typer
 
 from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import Overwrite, Sets
+from quadpips_drake.cli.warming import compile_kernels
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.files import write_json
 from quadpips_drake.trials.result_directory import ResultDirectory, why
@@ -77,6 +78,7 @@ def perception(
     out = out or default_directory(config, scripted)
     with ResultDirectory(out, FILES, overwrite=overwrite) as directory:
         try:
+            compile_kernels()
             scorer, ended = _score(config, scripted)
         except KeyboardInterrupt as interrupt:
             console.end_interrupted(interrupt, "nothing was written")

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from quadpips_drake.cli.console import FAILURE, SUCCESS, messages, say, seconds, to_directory
+from quadpips_drake.cli.warming import compile_kernels
 from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.trials.result_directory import ResultDirectory
 
@@ -53,6 +54,7 @@ def gaits(
     known, numbers = known_robots(robots), known_seeds(seeds)
     with ResultDirectory(out, ()):  # what it holds is kept, and added to
         results = load_results(out / gait_study.STORE)
+        compile_kernels()  # rather than in each of the workers
         done = gait_study.run_gaits(known, numbers, out, results, duration=duration, workers=workers)
     say(gait_study.table(done.results))
     raise typer.Exit(status_of(done))
@@ -82,6 +84,7 @@ def robustness(
     known, numbers = known_robots(robots), known_seeds(seeds)
     with ResultDirectory(out, ()):  # what it holds is kept, and added to
         results = load_results(out / study.STORE)
+        compile_kernels()
         done = study.run_robustness(known, names, numbers, out, results, bisect=not target_only, workers=workers)
     say(study.table(done.results, known, names))
     raise typer.Exit(status_of(done))
