@@ -11,6 +11,7 @@ from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.egocan.legged_egocan_system import LeggedEgocan
 from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
 from quadpips_drake.perception.regions.region_extractor_system import RegionExtractor
+from quadpips_drake.perception.steppability.steppability_segmenter_system import SteppabilitySegmenter
 from quadpips_drake.perception.superpixels.superpixel_segmenter_system import SuperpixelSegmenter
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.depth_noise_system import DepthNoise
@@ -133,9 +134,6 @@ def _connect_labels(builder, filters, normals, X_BC, config, timings, eye: _Eye)
     if not config.steppability.enabled:
         builder.ExportInput(normals.GetInputPort("labels"), "labels" + eye.suffix)
         return
-    # Imported here, because torch takes its time.
-    from quadpips_drake.perception.steppability.steppability_segmenter_system import SteppabilitySegmenter
-
     segmenter = SteppabilitySegmenter(
         X_BC, eye.intrinsics, config.steppability, timings=timings, name="steppability_segmenter" + eye.suffix
     )

@@ -27,7 +27,7 @@ Examples:
   quadpips evaluate network --data data --model model --out scores
 """
 
-FILES = ("checkpoint.pt", "history.json", "steppability.pt", "steppability.json", "curves.png")
+FILES = ("checkpoint.pt", "history.json", "steppability.pt", "steppability.onnx", "steppability.json", "curves.png")
 """What a training writes."""
 
 
@@ -92,8 +92,8 @@ def _make_trainer(progress: TrainingProgress, data: list[Path], out: Path, setti
     import torch
 
     from quadpips_drake.learning.dataset import join_frames, load_split
+    from quadpips_drake.learning.model_files import load_network
     from quadpips_drake.learning.training import Trainer, TrainingConfig
-    from quadpips_drake.perception.steppability.model import load_model
 
     config = TrainingConfig(**settings)
     progress.say(f"reading {', '.join(map(str, data))}")
@@ -103,7 +103,7 @@ def _make_trainer(progress: TrainingProgress, data: list[Path], out: Path, setti
     torch.set_num_threads(threads)
     trainer = Trainer(train, val, out, config)
     if init is not None:
-        trainer.start_from(load_model(init))
+        trainer.start_from(*load_network(init))
     if resume:
         trainer.resume()
     progress.say(f"training on {len(train)} images; the first batch takes longest")

@@ -10,8 +10,8 @@ from quadpips_drake.files import write_json
 from quadpips_drake.learning.dataset import Frames, decode_depth
 from quadpips_drake.learning.label_pictures import save_picture, sheet_of_frames, stack_sheets
 from quadpips_drake.learning.metrics import class_iou, confusion_matrix, mean_iou, summary
+from quadpips_drake.perception.steppability.exported_network import CLASSES
 from quadpips_drake.perception.steppability.model import SteppabilityModel
-from quadpips_drake.perception.steppability.network import CLASSES
 
 REPORT, CONFUSION_PICTURE, WORST_PICTURE = "evaluation.json", "steppability_confusion.png", "steppability_worst_frames.png"
 WORST = 16

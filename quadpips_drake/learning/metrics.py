@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from quadpips_drake.perception.steppability.network import CLASSES
+from quadpips_drake.perception.steppability.exported_network import CLASSES
 
 
 def confusion_matrix(truth: np.ndarray, predicted: np.ndarray, counted: np.ndarray | None = None) -> np.ndarray:

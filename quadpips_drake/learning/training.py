@@ -3,7 +3,7 @@
 import dataclasses
 import pickle
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import field
 from pathlib import Path
 
@@ -18,11 +18,14 @@ from quadpips_drake.files import write_json
 from quadpips_drake.learning.dataset import Frames, decode_depth
 from quadpips_drake.learning.evaluation import evaluate_frames
 from quadpips_drake.learning.metrics import summary
+from quadpips_drake.learning.model_files import as_runnable, save_model
+from quadpips_drake.learning.network import NetworkConfig, SteppabilityNetwork
 from quadpips_drake.perception.steppability.features import make_features
-from quadpips_drake.perception.steppability.model import SteppabilityModel, save_model
-from quadpips_drake.perception.steppability.network import NetworkConfig, SteppabilityNetwork
+from quadpips_drake.perception.steppability.model import SteppabilityModel
 
 CHECKPOINT, HISTORY = "checkpoint.pt", "history.json"
+CALIBRATION_FRAMES = 100
+"""Training images from which the ranges of quantised activations are taken."""
 _IGNORED = -1
 
 
@@ -82,17 +85,17 @@ class Trainer:
         self.history: list[dict] = []
         """One entry per epoch: training loss, scores on the validation split."""
 
-    def start_from(self, model: SteppabilityModel) -> None:
-        """Begins with the weights of ``model``, made by these commands, instead of random ones; before ``run``.
+    def start_from(self, network: SteppabilityNetwork, card: dict) -> None:
+        """Begins with the weights of ``network``, made by these commands, instead of random ones; before ``run``.
 
         Raises:
             UserInputError: its network has another size.
         """
-        if _plain(dataclasses.asdict(model.network.config)) != _plain(dataclasses.asdict(self._config.network)):
+        if _plain(dataclasses.asdict(network.config)) != _plain(dataclasses.asdict(self._config.network)):
             raise UserInputError("--init: that model's network has another size than the one to train")
-        self.network.load_state_dict(model.network.state_dict())
-        self.average.module.load_state_dict(model.network.state_dict())
-        data = model.card.get("data")
+        self.network.load_state_dict(network.state_dict())
+        self.average.module.load_state_dict(network.state_dict())
+        data = card.get("data")
         self._init = f"a model trained on data seeds {data.get('seeds', 'unknown') if isinstance(data, dict) else 'unknown'}"
 
     def resume(self) -> None:
@@ -127,11 +130,11 @@ class Trainer:
         """
         for epoch in range(len(self.history), self._config.epochs):
             loss = self._run_epoch(epoch, on_step)
-            confusions = evaluate_frames(SteppabilityModel(self.average.module), self._val)
+            confusions = evaluate_frames(SteppabilityModel(as_runnable(self.average.module)), self._val)
             scores = summary(confusions.sum(axis=0))
             self.history.append({"epoch": epoch + 1, "loss": round(loss, 5), "val": scores})
             if scores["mean_iou"] >= max(entry["val"]["mean_iou"] for entry in self.history):
-                save_model(self._out, self.average.module, self._card(scores))
+                save_model(self._out, self.average.module, self._card(scores), calibration_images(self._train))
             self._save_checkpoint()
 
     def _run_epoch(self, epoch: int, on_step) -> float:
@@ -200,6 +203,12 @@ class Trainer:
         torch.save(state, unfinished)
         unfinished.replace(self._out / CHECKPOINT)
         write_json(self._out / HISTORY, {"epochs": self.history})
+
+
+def calibration_images(frames: Frames) -> Iterator[np.ndarray]:
+    """Yields the features of CALIBRATION_FRAMES of ``frames``, evenly spaced."""
+    for index in np.unique(np.linspace(0, len(frames) - 1, CALIBRATION_FRAMES).round().astype(int)):
+        yield make_features(decode_depth(frames.depth[index]), frames.down_C[index], frames.intrinsics)
 
 
 def make_batch(frames: Frames, chosen, rng: np.random.Generator, crop_width: int) -> tuple[np.ndarray, np.ndarray]:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from quadpips_drake.perception.steppability.network import CLASSES
+from quadpips_drake.perception.steppability.exported_network import CLASSES
 
 _COLORS = {"steppable": "#46aa50", "passable": "#d9b02c", "non_passable": "#d23c3c"}
 

@@ -9,14 +9,21 @@ The comparison is with scikit-image, which is what a user would pick instead.
 
 import dataclasses
 import time
+from importlib import resources
+from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 from skimage.segmentation import slic
 
+from quadpips_drake.learning.model_files import as_runnable, load_network
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.egocan.egocan import draw_egocan, update_memory
 from quadpips_drake.perception.regions.region_extraction import extract_regions
+from quadpips_drake.perception.steppability.features import make_features, scaled_intrinsics
+from quadpips_drake.perception.steppability.label_edges import move_borders_to_edges
+from quadpips_drake.perception.steppability.model import SteppabilityModel, load_model
 from quadpips_drake.perception.superpixels.superpixels import healthy_pixels, segment_superpixels
 from tests.perception.scenes import (
     FOOT_RADIUS,
@@ -108,7 +115,6 @@ def test_slic(benchmark, moment):
 
 
 def test_ratio_to_slic(moment, capsys):
-    """Turn by turn, in CPU time of one thread, so that other load on the machine matters little."""
     first, second = frames(moment)
     previous = segment_superpixels(first, CONFIG.superpixels)
     runs = {
@@ -116,13 +122,7 @@ def test_ratio_to_slic(moment, capsys):
         "from a grid of seeds": lambda: segment_superpixels(first, CONFIG.superpixels),
         "from the last frame": lambda: segment_superpixels(second, CONFIG.superpixels, previous),
     }
-    seconds = {name: [] for name in runs}
-    for _ in range(15):
-        for name, run in runs.items():
-            start = time.thread_time()
-            run()
-            seconds[name].append(time.thread_time() - start)
-    median = {name: 1000 * np.median(values) for name, values in seconds.items()}
+    median = {name: 1000 * value for name, value in thread_times(runs, rounds=15).items()}
     reference = median["SLIC of scikit-image"]
     with capsys.disabled():
         healthy = int(healthy_pixels(first, CONFIG.superpixels).sum())
@@ -149,3 +149,38 @@ def test_regions(benchmark, moment):
     benchmark.group = "stages"
     superpixels = segment_superpixels(draw_egocan(moment[0], CONFIG.egocan), CONFIG.superpixels)
     assert len(benchmark(extract_regions, superpixels, FOOT_RADIUS, CONFIG.regions).regions) > 30
+
+
+def test_steppability(moment, capsys):
+    """The stage from depth to labels and its parts, beside the same network in PyTorch; turn by turn, as above."""
+    _, depth, X_WC = moment
+    model, down = load_model(), -X_WC[2, :3]
+    with resources.as_file(resources.files("quadpips_drake.perception.steppability") / "weights") as weights:
+        torch_model = SteppabilityModel(as_runnable(load_network(Path(weights))[0]))
+    torch.set_num_threads(1)
+    features = make_features(depth[::2, ::2], down, scaled_intrinsics(INTRINSICS, 2))
+    labels = model.segment(depth, down, INTRINSICS)
+    runs = {
+        "depth to labels, in PyTorch": lambda: torch_model.segment(depth, down, INTRINSICS),
+        "depth to labels": lambda: model.segment(depth, down, INTRINSICS),
+        "  of it features": lambda: make_features(depth[::2, ::2], down, scaled_intrinsics(INTRINSICS, 2)),
+        "  of it the network": lambda: model.network(features),
+        "borders": lambda: move_borders_to_edges(labels, depth, down, INTRINSICS),
+    }
+    median = {name: 1000 * value for name, value in thread_times(runs, rounds=25).items()}
+    with capsys.disabled():
+        print("\nsteppability, 640x480, CPU time of one thread (median of 25)")
+        for name, value in median.items():
+            print(f"  {name:28} {value:7.2f} ms")
+    assert median["depth to labels"] < 0.5 * median["depth to labels, in PyTorch"]
+
+
+def thread_times(runs: dict, rounds: int) -> dict:
+    """Median CPU time [s] of one thread for each of ``runs``, turn by turn, so that other load matters little."""
+    seconds = {name: [] for name in runs}
+    for _ in range(rounds):
+        for name, run in runs.items():
+            start = time.thread_time()
+            run()
+            seconds[name].append(time.thread_time() - start)
+    return {name: float(np.median(values)) for name, values in seconds.items()}

@@ -25,8 +25,6 @@ from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig
 from quadpips_drake.perception.regions.oracle_regions_system import OracleRegions
 from quadpips_drake.perception.regions.region_extraction import RegionConfig
 from quadpips_drake.perception.regions.region_extractor_system import RegionExtractor
-from quadpips_drake.perception.steppability.model import SteppabilityModel
-from quadpips_drake.perception.steppability.network import SteppabilityNetwork
 from quadpips_drake.perception.steppability.steppability_config import SteppabilityConfig
 from quadpips_drake.perception.steppability.steppability_segmenter_system import SteppabilitySegmenter
 from quadpips_drake.perception.superpixels.superpixel_segmenter_system import SuperpixelSegmenter
@@ -160,7 +158,7 @@ STAGES = {
     ),
     SteppabilitySegmenter: FedStage(
         SteppabilityConfig,
-        lambda config: SteppabilitySegmenter(X_BC, small.SMALL, config, model=SteppabilityModel(SteppabilityNetwork())),
+        lambda config: SteppabilitySegmenter(X_BC, small.SMALL, config),
         _with_state(depth_image=_image(small.SMALL)),
     ),
     LeggedEgocan: FedStage(

@@ -1,12 +1,16 @@
 """Small settings, with which the whole learning takes seconds."""
 
 import math
+from pathlib import Path
 
 import numpy as np
+import torch
 
 from quadpips_drake.learning.dataset_config import DatasetConfig
+from quadpips_drake.learning.model_files import save_model
+from quadpips_drake.learning.network import NetworkConfig, SteppabilityNetwork
 from quadpips_drake.learning.training import TrainingConfig
-from quadpips_drake.perception.steppability.network import NetworkConfig
+from quadpips_drake.perception.steppability.features import make_features
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
 
 CAMERA = DepthCameraConfig(width=64, height=48)
@@ -28,3 +32,11 @@ def floor_depth(height: float = 0.5, intrinsics=SMALL) -> np.ndarray:
     fall = DOWN_C[1] * (v - intrinsics.cy) / intrinsics.fy + DOWN_C[2]
     depth = np.where(fall > 1e-3, height / np.maximum(fall, 1e-3), np.inf)
     return np.repeat(depth[:, None], intrinsics.width, axis=1).astype(np.float32)
+
+
+def save_small_model(directory: Path, card: dict | None = None) -> SteppabilityNetwork:
+    """Writes the files of an untrained model into ``directory``; returns its network."""
+    torch.manual_seed(0)
+    network = SteppabilityNetwork(NETWORK).eval()
+    save_model(directory, network, card or {}, [make_features(floor_depth(), DOWN_C, SMALL)])
+    return network

@@ -26,7 +26,8 @@ def test_from_frames_to_scores(dataset_directory, tmp_path):
     assert said[:3] == ["loading PyTorch", f"reading {dataset_directory}", "making the network"], "from the start on"
     assert said[3].startswith("training on 8 images") and "nan" not in err
     assert [line.split(",")[0] for line in said[4:]] == ["epoch 1", "epoch 2"]
-    assert {path.name for path in model.iterdir()} >= {"steppability.pt", "steppability.json", "curves.png", "history.json"}
+    files = {"steppability.pt", "steppability.onnx", "steppability.json", "curves.png", "history.json"}
+    assert {path.name for path in model.iterdir()} >= files
     status, out, _ = quadpips("evaluate", "network", "--data", dataset_directory, "--model", model, "--out", scores)
     assert status == 1  # two steps of training do not reach the targets
     assert "recall non_passable" in out

@@ -10,6 +10,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.learning.dataset import join_frames, load_split
 from quadpips_drake.learning.evaluation import REPORT, WORST_PICTURE, frame_errors, save_report, score
 from quadpips_drake.learning.metrics import class_iou, class_recall, confusion_matrix, mean_iou
+from quadpips_drake.learning.model_files import load_network
 from quadpips_drake.learning.training import CHECKPOINT, Trainer, TrainingConfig, make_batch, segmentation_loss
 from quadpips_drake.learning.training_curves import save_curves
 from quadpips_drake.perception.steppability.features import CHANNELS
@@ -84,17 +85,17 @@ def test_resume_refuses_what_does_not_fit(frames, tmp_path):
 def test_a_training_can_begin_with_another_ones_weights(frames, tmp_path):
     first = Trainer(*frames, tmp_path, TRAINING, device="cpu")
     first.run()
-    model = load_model(tmp_path)
+    network, card = load_network(tmp_path)
     second = Trainer(*frames, tmp_path, replace(TRAINING, seed=7), device="cpu")
     assert not torch.equal(weights_of(second), weights_of(first))
-    second.start_from(model)
-    kept = torch.cat([p.detach().flatten() for p in model.network.parameters()])
+    second.start_from(network, card)
+    kept = torch.cat([p.detach().flatten() for p in network.parameters()])
     assert torch.equal(weights_of(second), kept)
     second.run()
     assert not torch.equal(weights_of(second), kept)
     assert "data seeds [3]" in load_model(tmp_path).card["training"]["init"]
     with pytest.raises(UserInputError, match="--init"):
-        Trainer(*frames, tmp_path, TrainingConfig(), device="cpu").start_from(model)
+        Trainer(*frames, tmp_path, TrainingConfig(), device="cpu").start_from(network, card)
 
 
 def test_several_datasets_train_one_network(frames, tmp_path):

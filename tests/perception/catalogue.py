@@ -6,8 +6,6 @@ from quadpips_drake.perception.egocan.legged_egocan_system import LeggedEgocan
 from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
 from quadpips_drake.perception.regions.oracle_regions_system import OracleRegions
 from quadpips_drake.perception.regions.region_extractor_system import RegionExtractor
-from quadpips_drake.perception.steppability.model import SteppabilityModel
-from quadpips_drake.perception.steppability.network import SteppabilityNetwork
 from quadpips_drake.perception.steppability.steppability_segmenter_system import SteppabilitySegmenter
 from quadpips_drake.perception.superpixels.superpixel_segmenter_system import SuperpixelSegmenter
 from quadpips_drake.robots.robot_library import load_robot
@@ -21,7 +19,7 @@ def make_systems() -> list[LeafSystem]:
     return [
         NormalEstimator(robot.camera().X_BC, SMALL),
         LeggedEgocan(robot),
-        SteppabilitySegmenter(robot.camera().X_BC, SMALL, model=SteppabilityModel(SteppabilityNetwork())),
+        SteppabilitySegmenter(robot.camera().X_BC, SMALL),
         SuperpixelSegmenter(),
         RegionExtractor(robot.foot_radius),
         OracleRegions(load_terrain("flat"), robot.foot_radius),

@@ -58,7 +58,7 @@ def _print_scores(scores: dict) -> None:
     from rich import print as show
     from rich.table import Table
 
-    from quadpips_drake.perception.steppability.network import CLASSES
+    from quadpips_drake.perception.steppability.exported_network import CLASSES
 
     table = Table("", "noisy", "clean", "target", title=f"{scores['frames']} test frames, data seed {scores['data_seed']}")
 

@@ -1,38 +1,36 @@
 """The trained network as a function from depth to labels, and its files."""
 
-import dataclasses
 import hashlib
-import io
-import pickle
-import zipfile
-from contextlib import contextmanager
+from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
-import torch
+from numba import njit
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.files import read_bytes, read_json, write_bytes, write_json
+from quadpips_drake.files import read_bytes, read_json
+from quadpips_drake.perception.steppability.exported_network import CLASSES, FOLD, ExportedNetwork, padded
 from quadpips_drake.perception.steppability.features import MAX_DEPTH, make_features, scaled_intrinsics
-from quadpips_drake.perception.steppability.network import NetworkConfig, SteppabilityNetwork
 from quadpips_drake.values.sensing import CameraIntrinsics
 from quadpips_drake.values.steppability import Steppability
 
-WEIGHTS, CARD = "steppability.pt", "steppability.json"
-"""Names of the two files of a model, in one directory."""
+WEIGHTS, EXPORTED, CARD = "steppability.pt", "steppability.onnx", "steppability.json"
+"""Names of the files of a model, in one directory: weights as they were trained, the network as it runs, the model card."""
+ADVICE = "give a directory that 'quadpips train' has written"
 NETWORK_WIDTH = 320
 """Width of the images that the network was trained on [pixels]; wider ones are thinned out."""
 _MAX_BYTES = 60_000_000
-"""Larger files of weights are not read."""
+"""Larger files are not read."""
+_UNKNOWN = int(Steppability.UNKNOWN)
 
 
 class SteppabilityModel:
     """Runs the network on depth images."""
 
-    def __init__(self, network: SteppabilityNetwork, card: dict | None = None):
-        """``card``: where the weights come from, and their figures."""
-        self.network = network.eval().to(memory_format=torch.channels_last)
+    def __init__(self, network: Callable[[np.ndarray], np.ndarray], card: dict | None = None):
+        """``network``: from features to logits, see ExportedNetwork. ``card``: where it comes from, and its figures."""
+        self.network = network
         self.card = card or {}
 
     def segment(self, depth: np.ndarray, down_C: np.ndarray, intrinsics: CameraIntrinsics) -> np.ndarray:
@@ -43,44 +41,16 @@ class SteppabilityModel:
             down_C: unit vector of gravity in the optical frame, (3,); the nominal one does where none is measured.
             intrinsics: of ``depth``.
         """
-        height, width = depth.shape
-        if height == 0 or width == 0:
+        if depth.size == 0:
             return np.zeros(depth.shape, np.uint8)
-        step = max(round(width / NETWORK_WIDTH), 1)
+        with np.errstate(over="ignore"):  # beyond float32 is beyond the camera's range
+            depth = np.ascontiguousarray(depth, np.float32)
+        step = max(round(depth.shape[1] / NETWORK_WIDTH), 1)
         features = make_features(depth[::step, ::step], down_C, scaled_intrinsics(intrinsics, step))
-        labels = self.classify(features[None])[0]
-        if step > 1:
-            labels = np.repeat(np.repeat(labels, step, axis=0), step, axis=1)[:height, :width]
-        with np.errstate(invalid="ignore"):
-            measured = (depth > 0) & (depth <= MAX_DEPTH)
-        return np.where(measured, labels, Steppability.UNKNOWN).astype(np.uint8)
-
-    def classify(self, features: np.ndarray) -> np.ndarray:
-        """Returns the likeliest class of every pixel as Steppability, uint8 (n, height, width)."""
-        batch = torch.from_numpy(features).to(memory_format=torch.channels_last)
-        with torch.inference_mode(), _one_thread():
-            return self.network(batch).argmax(dim=1).to(torch.uint8).numpy() + np.uint8(1)
-
-
-@contextmanager
-def _one_thread():
-    """Keeps torch to the calling thread: beside a simulation, threads that wait for each other cost more than they bring."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(threads)
-
-
-def save_model(directory: Path, network: SteppabilityNetwork, card: dict) -> None:
-    """Writes weights and card into ``directory``; the configuration of the network and a checksum go into the card."""
-    state = {key: value.detach().cpu().contiguous() for key, value in network.state_dict().items()}
-    weights = io.BytesIO()
-    torch.save(state, weights)
-    write_bytes(Path(directory) / WEIGHTS, weights.getvalue())
-    own = {"network": dataclasses.asdict(network.config), "sha256": hashlib.sha256(weights.getvalue()).hexdigest()}
-    write_json(Path(directory) / CARD, own | card)
+        logits = self.network(padded(features))
+        labels = np.empty(depth.shape, np.uint8)
+        _label(logits.reshape(len(CLASSES), FOLD, FOLD, *logits.shape[1:]), depth, step, labels)
+        return labels
 
 
 def load_model(directory: Path | None = None) -> SteppabilityModel:
@@ -89,62 +59,50 @@ def load_model(directory: Path | None = None) -> SteppabilityModel:
     Raises:
         UserInputError: files are missing or damaged.
     """
-    if directory is None:
-        with resources.as_file(resources.files("quadpips_drake.perception.steppability") / "weights") as shipped:
-            return _read_model(Path(shipped))
-    return _read_model(Path(directory))
+    if directory is not None:
+        return _read_model(Path(directory))
+    with resources.as_file(resources.files("quadpips_drake.perception.steppability") / "weights") as shipped:
+        return _read_model(Path(shipped))
 
 
-_DAMAGE = (
-    *(ValueError, LookupError, TypeError, AttributeError, RuntimeError, EOFError, MemoryError, ArithmeticError),
-    *(pickle.UnpicklingError, zipfile.BadZipFile),
-)
-"""What torch raises at files that were damaged, or made to do damage."""
+def read_model_file(directory: Path, name: str) -> tuple[bytes, dict]:
+    """Returns the content of the file ``name`` of a model, and its card.
 
-
-def _read_network(config: NetworkConfig, weights: bytes) -> SteppabilityNetwork:
-    """Returns a network with these ``weights``; ValueError and others of _DAMAGE if they are not sound."""
-    with zipfile.ZipFile(io.BytesIO(weights)) as archive:
-        # What torch writes is not compressed; what is might unfold to more than there is memory.
-        if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
-            raise ValueError("compressed")
-    # Without memory of its own until the weights are there: a card can name a network that no machine can hold.
-    with torch.device("meta"):
-        network = SteppabilityNetwork(config)
-    state = torch.load(io.BytesIO(weights), weights_only=True, map_location="cpu")
-    network.load_state_dict(_sound_state(state, network.state_dict()), assign=True)
-    return network
-
-
-def _sound_state(state: dict, expected: dict) -> dict:
-    """Returns ``state`` with the types of the ``expected`` tensors; a ValueError if it does not fit or makes no sense."""
-    if state.keys() != expected.keys() or sum(tensor.numel() for tensor in expected.values()) > _MAX_BYTES:
-        raise ValueError("another network")
-    sound = {}
-    for key, like in expected.items():
-        tensor = state[key]
-        same_kind = tensor.is_floating_point() == like.is_floating_point() and not tensor.is_complex()
-        if tensor.shape != like.shape or not same_kind or tensor.layout != torch.strided:
-            raise ValueError(f"{key} is of another kind")
-        # A NaN would be the largest logit and make its class, steppable, of everything; so would the root of a variance
-        # that is negative.
-        if not torch.isfinite(tensor).all() or (key.endswith("running_var") and (tensor < 0).any()):
-            raise ValueError(f"{key} is not finite")
-        sound[key] = tensor.to(like.dtype)
-    return sound
+    Raises:
+        UserInputError: one of them is missing, or the file is too large or not the one that the card was written for.
+    """
+    card = read_json(directory / CARD, CARD)
+    content = read_bytes(directory / name, name, _MAX_BYTES)
+    digests = card.get("sha256") if isinstance(card, dict) else None
+    if not isinstance(digests, dict) or digests.get(name) != hashlib.sha256(content).hexdigest():
+        raise UserInputError(f"{name} is not the file that {CARD} was written for: its SHA-256 is another one")
+    return content, card
 
 
 def _read_model(directory: Path) -> SteppabilityModel:
-    advice = "give a directory that 'quadpips train' has written"
     try:
-        card = read_json(directory / CARD, CARD)
-        config = NetworkConfig(**card["network"])
-        weights = read_bytes(directory / WEIGHTS, WEIGHTS, _MAX_BYTES)
-        if card.get("sha256") != hashlib.sha256(weights).hexdigest():
-            raise UserInputError(f"{WEIGHTS} is not the file that {CARD} was written for: its SHA-256 is another one")
-        network = _read_network(config, weights)
+        content, card = read_model_file(directory, EXPORTED)
+        network = ExportedNetwork(content)
     except UserInputError as error:
-        raise UserInputError(f"model {directory}: {error}; {advice}") from None
-    except _DAMAGE:
-        raise UserInputError(f"model {directory}: {CARD} and {WEIGHTS} are damaged or do not fit; {advice}") from None
+        raise UserInputError(f"model {directory}: {error}; {ADVICE}") from None
+    except ValueError:
+        raise UserInputError(f"model {directory}: {EXPORTED} is damaged or another network; {ADVICE}") from None
     return SteppabilityModel(network, card)
+
+
+@njit(cache=True, nogil=True)
+def _label(logits, depth, step, labels):
+    """Writes the likeliest class, as Steppability, of all pixels of ``depth``, of which the network saw each ``step``-th."""
+    height, width = depth.shape
+    seen = np.empty(-(-width // step), np.uint8)
+    for r in range(-(-height // step)):
+        i, row = r % FOLD, r // FOLD
+        for j in range(FOLD):
+            first, second, third = logits[0, i, j, row], logits[1, i, j, row], logits[2, i, j, row]
+            for c in range(j, len(seen), FOLD):
+                a, b, n = first[c // FOLD], second[c // FOLD], third[c // FOLD]
+                seen[c] = 1 if (a >= b) & (a >= n) else (2 if b >= n else 3)
+        for v in range(r * step, min((r + 1) * step, height)):
+            for u in range(width):
+                measured = (depth[v, u] > 0) & (depth[v, u] <= np.float32(MAX_DEPTH))
+                labels[v, u] = seen[u // step] if measured else _UNKNOWN

@@ -1,34 +1,22 @@
-"""The network, its files, and what it makes of any image."""
+"""The network as it runs: its file, and what it makes of any image."""
 
 import hashlib
 import json
-import os
-import pickle
-import zipfile
-from contextlib import suppress
+import shutil
+import subprocess
+import sys
+import threading
 
 import numpy as np
+import onnx
 import pytest
-import torch
+from onnx import TensorProto, helper, numpy_helper
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.perception.steppability.features import CHANNELS
-from quadpips_drake.perception.steppability.model import CARD, WEIGHTS, SteppabilityModel, load_model, save_model
-from quadpips_drake.perception.steppability.network import NetworkConfig, SteppabilityNetwork
+from quadpips_drake.perception.steppability.model import CARD, EXPORTED, SteppabilityModel, load_model
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
-from tests.learning.small import DOWN_C, NETWORK, SMALL, floor_depth
-
-
-@pytest.fixture(scope="module")
-def model():
-    torch.manual_seed(0)
-    return SteppabilityModel(SteppabilityNetwork(NETWORK))
-
-
-@pytest.mark.parametrize("size", [(240, 320), (48, 64), (37, 51), (1, 1)])
-def test_logits_have_the_size_of_the_image(model, size):
-    with torch.inference_mode():
-        assert model.network(torch.zeros(2, len(CHANNELS), *size)).shape == (2, 3, *size)
+from tests.learning.small import DOWN_C, SMALL, floor_depth
 
 
 @pytest.mark.parametrize(
@@ -63,123 +51,173 @@ def test_only_measured_pixels_are_labelled(model):
     np.testing.assert_array_equal(labels > 0, np.isfinite(depth) & (depth <= 3.0))
 
 
-def test_a_model_survives_its_files(model, tmp_path):
-    save_model(tmp_path, model.network, {"data": {"seed": 5}})
-    read = load_model(tmp_path)
-    assert read.card["data"]["seed"] == 5
-    depth = floor_depth()
-    np.testing.assert_array_equal(read.segment(depth, DOWN_C, SMALL), model.segment(depth, DOWN_C, SMALL))
+def test_each_pixel_has_the_class_of_the_largest_of_its_logits():
+    """Three classes, 2 x 2 pixels folded into channels; the first of equal ones."""
+    rng = np.random.default_rng(0)
+    logits = rng.integers(-2, 3, size=(3, 48, 64)).astype(np.float32)
+    folded = logits.reshape(3, 24, 2, 32, 2).transpose(0, 2, 4, 1, 3).reshape(12, 24, 32)
+    labels = SteppabilityModel(lambda features: folded).segment(np.ones((48, 64)), DOWN_C, SMALL)
+    np.testing.assert_array_equal(labels, logits.argmax(axis=0) + 1)
 
 
-class Hostile:
-    """Fails the test if reading a file runs it."""
+def test_of_a_wide_image_every_second_pixel_is_seen():
+    rng = np.random.default_rng(0)
+    logits = rng.normal(size=(3, 240, 320)).astype(np.float32)
+    folded = logits.reshape(3, 120, 2, 160, 2).transpose(0, 2, 4, 1, 3).reshape(12, 120, 160)
+    labels = SteppabilityModel(lambda features: folded).segment(np.ones((479, 639)), DOWN_C, SMALL)
+    expected = np.kron(logits.argmax(axis=0) + 1, np.ones((2, 2)))[:479, :639]
+    np.testing.assert_array_equal(labels, expected)
 
-    def __reduce__(self):
-        return pytest.fail, ("a file of weights ran a program",)
+
+def test_images_in_threads_of_their_own_have_the_same_labels(model):
+    depths = [floor_depth(0.4 + 0.02 * k) for k in range(8)]
+    labels = [None] * len(depths)
+
+    def segment(k):
+        labels[k] = model.segment(depths[k], DOWN_C, SMALL)
+
+    threads = [threading.Thread(target=segment, args=(k,)) for k in range(len(depths))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for depth, found in zip(depths, labels, strict=True):
+        np.testing.assert_array_equal(found, model.segment(depth, DOWN_C, SMALL))
 
 
-def change_weights(directory, change):
-    state = torch.load(directory / WEIGHTS, weights_only=True)
-    torch.save(
-        {key: change(value) if value.is_floating_point() else value for key, value in state.items()}, directory / WEIGHTS
+def test_nothing_that_runs_loads_torch():
+    """It takes longer than everything else that a run imports."""
+    code = (
+        "import sys, quadpips_drake.diagrams.quadpips, quadpips_drake.trials.trial; "
+        "from quadpips_drake.perception.steppability import steppability_segmenter_system as s; s.load_model(); "
+        "print('torch' in sys.modules)"
     )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "False\n"
 
 
-def flip_a_bit(directory):
-    data = bytearray((directory / WEIGHTS).read_bytes())
-    data[len(data) // 2] ^= 1
-    (directory / WEIGHTS).write_bytes(data)
+def change_graph(change):
+    """Damage: ``change`` is done to the graph in the file."""
+
+    def damage(directory):
+        model = onnx.load(directory / EXPORTED)
+        change(model.graph)
+        onnx.save(model, directory / EXPORTED)
+
+    return damage
 
 
-def compress(directory):
-    with zipfile.ZipFile(directory / WEIGHTS) as archive:
-        parts = {name: archive.read(name) for name in archive.namelist()}
-    with zipfile.ZipFile(directory / WEIGHTS, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, part in parts.items():
-            archive.writestr(name, part)
+def node(graph, operator, k=0):
+    return [node for node in graph.node if node.op_type == operator][k]
+
+
+def initializer(graph, name):
+    return next(tensor for tensor in graph.initializer if tensor.name == name)
+
+
+def set_scale(value):
+    def change(graph):
+        tensor = initializer(graph, node(graph, "QuantizeLinear").input[1])
+        tensor.CopyFrom(numpy_helper.from_array(np.full_like(numpy_helper.to_array(tensor), value), tensor.name))
+
+    return change
+
+
+def enlarge(graph):
+    """Asks for an image 10^7 times as wide."""
+    scales = initializer(graph, node(graph, "Resize").input[2])
+    scales.CopyFrom(numpy_helper.from_array(np.array([1, 1, 2, 1e7], np.float32), scales.name))
+
+
+def pad(graph):
+    """Asks for borders that no machine can hold."""
+    pads = next(a for a in node(graph, "Conv").attribute if a.name == "pads")
+    pads.ints[:] = [10**6] * 4
+
+
+def refer(graph):
+    """Wants numbers out of another file."""
+    tensor = initializer(graph, node(graph, "QuantizeLinear").input[1])
+    tensor.ClearField("raw_data")
+    tensor.data_location = TensorProto.EXTERNAL
+    tensor.external_data.add(key="location", value="/etc/passwd")
+
+
+def loop(graph):
+    """Repeats without end."""
+    graph.node.append(helper.make_node("Loop", ["", ""], ["forever"], body=helper.make_graph([], "body", [], [])))
+
+
+def other_output(graph):
+    """Ends earlier."""
+    last = graph.node[-1]
+    graph.output[0].name, last.output[0] = last.input[0], "unused"
+
+
+def write_identity(directory):
+    kind = (TensorProto.FLOAT, [1, len(CHANNELS), "height", "width"])
+    ends = [[helper.make_tensor_value_info(name, *kind)] for name in ("features", "logits")]
+    same = helper.make_graph([helper.make_node("Relu", ["features"], ["logits"])], "same", *ends)
+    onnx.save(helper.make_model(same, opset_imports=[helper.make_opsetid("", 17)]), directory / EXPORTED)
 
 
 def sign(directory):
     """Makes the checksum fit again, as one would who means harm."""
-    if not (directory / WEIGHTS).is_file():
-        return
-    with suppress(OSError, ValueError, TypeError, RecursionError):
+    if (directory / EXPORTED).is_file() and (directory / CARD).is_file():
         card = json.loads((directory / CARD).read_text())
-        digest = hashlib.sha256((directory / WEIGHTS).read_bytes()).hexdigest()
-        (directory / CARD).write_text(json.dumps(card | {"sha256": digest}))
-
-
-def change_card(directory, sizes, **others):
-    card = json.loads((directory / CARD).read_text())
-    (directory / CARD).write_text(json.dumps(card | {"network": card["network"] | sizes} | others))
+        digest = hashlib.sha256((directory / EXPORTED).read_bytes()).hexdigest()
+        (directory / CARD).write_text(json.dumps(card | {"sha256": {EXPORTED: digest}}))
 
 
 @pytest.mark.parametrize(
     "damage",
     [
-        lambda d: (d / WEIGHTS).unlink(),
+        lambda d: (d / EXPORTED).unlink(),
         lambda d: (d / CARD).unlink(),
-        lambda d: (d / CARD).write_text("nonsense"),
-        lambda d: (d / CARD).write_text("[]"),
-        lambda d: (d / CARD).write_text(json.dumps({"network": {"stem": -1}})),
-        lambda d: (d / CARD).write_text(json.dumps({"network": {}})),
-        lambda d: (d / WEIGHTS).write_bytes(b"nonsense"),
-        lambda d: (d / WEIGHTS).write_bytes((d / WEIGHTS).read_bytes()[:300]),
-        lambda d: torch.save([1, 2], d / WEIGHTS),
-        lambda d: torch.save({"stem": 3}, d / WEIGHTS),
-        lambda d: (d / WEIGHTS).write_bytes(pickle.dumps(Hostile(), protocol=2)),
-        lambda d: torch.save(Hostile(), d / WEIGHTS),
-        lambda d: (d / CARD).write_text("[" * 100_000),
-        lambda d: (d / CARD).write_bytes(b"\xff\xfe\x00"),
-        lambda d: change_weights(d, lambda tensor: tensor * np.nan),
-        lambda d: change_weights(d, lambda tensor: -1.0 - tensor.abs()),
-        lambda d: change_weights(d, lambda tensor: tensor.to(torch.complex64)),
-        lambda d: change_weights(d, lambda tensor: tensor.to_sparse()),
-        lambda d: change_weights(d, lambda tensor: tensor.int()),
-        lambda d: change_weights(d, lambda tensor: tensor.flatten()[:1].expand(10**9)),
-        lambda d: compress(d),
-        lambda d: os.mkfifo((d / WEIGHTS).with_suffix(".fifo")) or (d / WEIGHTS).with_suffix(".fifo").replace(d / WEIGHTS),
-        lambda d: ((d / CARD).unlink(), (d / CARD).mkdir()),
-        lambda d: change_weights(d, lambda tensor: tensor[..., None]),
-        lambda d: change_card(d, {"stem": 1000, "widths": [1000] * 3, "blocks": [32] * 3, "expansion": 1000}),
-        lambda d: change_card(d, {"blocks": [1000] * 3}),
-        lambda d: change_card(d, {"stem": "24"}),
-        lambda d: change_card(d, {"unheard_of": 1}),
+        lambda d: (d / EXPORTED).write_bytes(b""),
+        lambda d: (d / EXPORTED).write_bytes(b"nonsense"),
+        lambda d: (d / EXPORTED).write_bytes((d / EXPORTED).read_bytes()[:3000]),
+        lambda d: (d / EXPORTED).write_bytes((d / EXPORTED).read_bytes()[10:]),
+        write_identity,
+        change_graph(set_scale(np.nan)),
+        change_graph(set_scale(np.inf)),
+        change_graph(enlarge),
+        change_graph(pad),
+        change_graph(refer),
+        change_graph(loop),
+        change_graph(other_output),
+        change_graph(lambda graph: setattr(node(graph, "Conv"), "domain", "elsewhere")),
+        change_graph(lambda graph: graph.node.pop()),
+        change_graph(lambda graph: graph.initializer.pop()),
+        change_graph(lambda graph: graph.input.pop()),
+        change_graph(lambda graph: setattr(graph.input[0], "name", "others")),
+        change_graph(lambda graph: node(graph, "Conv", 3).input.__setitem__(0, node(graph, "Conv", 1).input[0])),
     ],
 )
-def test_damaged_models_give_one_line(model, tmp_path, damage):
-    save_model(tmp_path, model.network, {})
-    damage(tmp_path)
-    sign(tmp_path)
+def test_damaged_networks_give_one_line(model_directory, tmp_path, damage):
+    directory = shutil.copytree(model_directory, tmp_path / "model")
+    damage(directory)
+    sign(directory)
     with pytest.raises(UserInputError, match="quadpips train") as error:
-        load_model(tmp_path)
+        load_model(directory)
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize(
-    "damage", [flip_a_bit, lambda d: change_card(d, {}, sha256="0"), lambda d: change_card(d, {}, sha256=None)]
-)
-def test_weights_that_are_not_those_of_the_card_are_refused(model, tmp_path, damage):
-    save_model(tmp_path, model.network, {})
-    damage(tmp_path)
+def test_a_network_that_is_not_the_one_of_the_card_is_refused(model_directory, tmp_path):
+    directory = shutil.copytree(model_directory, tmp_path / "model")
+    data = bytearray((directory / EXPORTED).read_bytes())
+    data[len(data) // 2] ^= 1
+    (directory / EXPORTED).write_bytes(data)
     with pytest.raises(UserInputError, match="SHA-256") as error:
-        load_model(tmp_path)
+        load_model(directory)
     assert "\n" not in str(error.value)
 
 
-def test_a_file_of_weights_that_is_far_too_large_is_not_read(model, tmp_path):
-    save_model(tmp_path, model.network, {})
-    with (tmp_path / WEIGHTS).open("r+b") as file:
+def test_a_file_that_is_far_too_large_is_not_read(model_directory, tmp_path):
+    directory = shutil.copytree(model_directory, tmp_path / "model")
+    with (directory / EXPORTED).open("r+b") as file:
         file.truncate(10**10)  # a sparse file: takes no room
     with pytest.raises(UserInputError, match="larger than 60 MB"):
-        load_model(tmp_path)
-
-
-def test_bad_network_sizes_are_refused():
-    with pytest.raises(UserInputError, match="stem must be"):
-        NetworkConfig(stem=0)
-    with pytest.raises(UserInputError, match="rates"):
-        NetworkConfig(rates=(1, 2))
+        load_model(directory)
 
 
 def test_the_shipped_model_knows_the_floor():

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -12,20 +11,12 @@ from pydrake.systems.primitives import ConstantValueSource
 from pydrake.systems.sensors import ImageDepth32F
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.steppability.model import SteppabilityModel
-from quadpips_drake.perception.steppability.network import SteppabilityNetwork
 from quadpips_drake.perception.steppability.steppability_config import SteppabilityConfig
 from quadpips_drake.perception.steppability.steppability_segmenter_system import SteppabilitySegmenter
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.robot_state import RobotState
-from tests.learning.small import NETWORK, SMALL, floor_depth
-
-
-@pytest.fixture(scope="module")
-def model():
-    torch.manual_seed(0)
-    return SteppabilityModel(SteppabilityNetwork(NETWORK))
+from tests.learning.small import SMALL, floor_depth
 
 
 def simulate(model, image, until, config=None, state=None):

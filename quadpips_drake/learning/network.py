@@ -10,12 +10,8 @@ from torch import nn
 from torch.nn import functional
 
 from quadpips_drake.configuration.schema import configuration, ranged
+from quadpips_drake.perception.steppability.exported_network import CLASSES, FOLD, STRIDE
 from quadpips_drake.perception.steppability.features import CHANNELS
-
-CLASSES = ("steppable", "passable", "non_passable")
-"""In the order of the logits; class k is Steppability k + 1."""
-STRIDE = 16
-"""Images are padded to multiples of this [pixels]."""
 
 
 @configuration
@@ -45,7 +41,9 @@ class SteppabilityNetwork(nn.Module):
         super().__init__()
         self.config = config or NetworkConfig()
         c = self.config
-        self.stem = nn.Sequential(nn.PixelUnshuffle(2), _conv(4 * len(CHANNELS), c.stem, 3), _conv(c.stem, c.stem, 3))
+        self.stem = nn.Sequential(
+            nn.PixelUnshuffle(FOLD), _conv(FOLD**2 * len(CHANNELS), c.stem, 3), _conv(c.stem, c.stem, 3)
+        )
         inputs = (c.stem, *c.widths[:2])
         stages = [
             _stage(before, width, count, c.expansion)
@@ -56,20 +54,23 @@ class SteppabilityNetwork(nn.Module):
         self.merge_eighth = _Merge(c.pyramid, c.widths[1], 2 * c.decoder)
         self.merge_quarter = _Merge(2 * c.decoder, c.widths[0], c.decoder)
         self.merge_half = _Merge(c.decoder, c.stem, c.decoder)
-        self.head = nn.Sequential(nn.Conv2d(c.decoder, 4 * len(CLASSES), 1), nn.PixelShuffle(2))
+        self.head = nn.Sequential(nn.Conv2d(c.decoder, FOLD**2 * len(CLASSES), 1), nn.PixelShuffle(FOLD))
 
     def forward(self, features: torch.Tensor) -> torch.Tensor:
         """Returns logits of the size of ``features``, whatever size that is."""
         height, width = features.shape[2:]
         padded = functional.pad(features, (0, -width % STRIDE, 0, -height % STRIDE))
-        half = self.stem(padded)
+        return self.head[1](self.folded_logits(padded))[:, :, :height, :width]
+
+    def folded_logits(self, features: torch.Tensor) -> torch.Tensor:
+        """Returns logits as ExportedNetwork does, for each image; sides of ``features`` are multiples of STRIDE."""
+        half = self.stem(features)
         quarter = self.quarter(half)
         eighth = self.eighth(quarter)
         x = self.pyramid(self.sixteenth(eighth))
         x = self.merge_eighth(x, eighth)
         x = self.merge_quarter(x, quarter)
-        x = self.merge_half(x, half)
-        return self.head(x)[:, :, :height, :width]
+        return self.head[0](self.merge_half(x, half))
 
 
 class InvertedResidual(nn.Module):
