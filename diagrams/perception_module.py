@@ -125,24 +125,20 @@ def _add_eye(builder, robot, config, timings, eye: _Eye) -> NormalEstimator:
     for system in chain:
         if system.HasInputPort("robot_state"):
             builder.ConnectInput("robot_state", system.GetInputPort("robot_state"))
-    _connect_labels(builder, filters, normals, X_BC, config, timings, eye)
+    _connect_labels(builder, normals, config, timings, eye)
     return normals
 
 
-def _connect_labels(builder, filters, normals, X_BC, config, timings, eye: _Eye) -> None:
+def _connect_labels(builder, normals, config, timings, eye: _Eye) -> None:
     """Exports the input for labels, or adds the network, which labels the images that ``normals`` sees."""
     if not config.steppability.enabled:
         builder.ExportInput(normals.GetInputPort("labels"), "labels" + eye.suffix)
         return
     segmenter = SteppabilitySegmenter(
-        X_BC, eye.intrinsics, config.steppability, timings=timings, name="steppability_segmenter" + eye.suffix
+        eye.intrinsics, config.steppability, timings=timings, name="steppability_segmenter" + eye.suffix
     )
     builder.AddSystem(segmenter)
-    if filters:
-        builder.Connect(filters[-1].GetOutputPort("depth_image"), segmenter.GetInputPort("depth_image"))
-    else:
-        builder.ConnectInput("depth_image" + eye.suffix, segmenter.GetInputPort("depth_image"))
-    builder.ConnectInput("robot_state", segmenter.GetInputPort("robot_state"))
+    builder.Connect(normals.GetOutputPort("affordance_image"), segmenter.GetInputPort("affordance_image"))
     builder.Connect(segmenter.GetOutputPort("labels"), normals.GetInputPort("labels"))
 
 

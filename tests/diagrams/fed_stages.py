@@ -47,7 +47,6 @@ from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, TorsoPath
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.regions import RegionSet
-from tests.learning import small
 from tests.perception import scenes
 from tests.planning.worlds import standing_state
 from tests.trajectory.walking import uneven_plan
@@ -158,8 +157,8 @@ STAGES = {
     ),
     SteppabilitySegmenter: FedStage(
         SteppabilityConfig,
-        lambda config: SteppabilitySegmenter(X_BC, small.SMALL, config),
-        _with_state(depth_image=_image(small.SMALL)),
+        lambda config: SteppabilitySegmenter(scenes.SMALL, config),
+        lambda k, time: {"affordance_image": _affordance(k, time)},
     ),
     LeggedEgocan: FedStage(
         EgocanConfig, lambda config: LeggedEgocan(ROBOT, config), _with_state(affordance_image=_affordance)

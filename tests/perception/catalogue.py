@@ -19,7 +19,7 @@ def make_systems() -> list[LeafSystem]:
     return [
         NormalEstimator(robot.camera().X_BC, SMALL),
         LeggedEgocan(robot),
-        SteppabilitySegmenter(robot.camera().X_BC, SMALL),
+        SteppabilitySegmenter(SMALL),
         SuperpixelSegmenter(),
         RegionExtractor(robot.foot_radius),
         OracleRegions(load_terrain("flat"), robot.foot_radius),
