@@ -70,10 +70,11 @@ def roll_pitch_yaw_rates(rpy):
     return rates, derivatives
 
 
-def body_rates(rpy: np.ndarray, rpy_rates: np.ndarray) -> np.ndarray:
+@njit(cache=True)
+def body_rates(rpy, rpy_rates):
     """Returns the angular velocity in B [rad/s], (3,), of a frame whose roll, pitch, yaw change at ``rpy_rates``."""
     sr, cr, sp, cp = np.sin(rpy[0]), np.cos(rpy[0]), np.sin(rpy[1]), np.cos(rpy[1])
-    roll, pitch, yaw = rpy_rates
+    roll, pitch, yaw = rpy_rates[0], rpy_rates[1], rpy_rates[2]
     return np.array([roll - sp * yaw, cr * pitch + sr * cp * yaw, -sr * pitch + cr * cp * yaw])
 
 

@@ -100,9 +100,9 @@ def foothold_near(table, k, x, y, inward):
     )
 
 
-def in_convex_polygon(point, polygon, tolerance=0.0) -> bool:
-    """Whether ``point`` (2,) lies in the convex counter-clockwise ``polygon`` (n, 2), or within ``tolerance`` [m] of it."""
-    edges = np.roll(polygon, -1, axis=0) - polygon
-    offsets = np.asarray(point) - polygon
-    cross = edges[:, 0] * offsets[:, 1] - edges[:, 1] * offsets[:, 0]
-    return bool(np.all(cross >= -tolerance * np.linalg.norm(edges, axis=1)))
+def in_convex_polygon(points, polygon, tolerance=0.0):
+    """Whether points (..., 2) lie in the convex counter-clockwise ``polygon`` (n, 2), or within ``tolerance`` [m] of it."""
+    edges = np.concatenate((polygon[1:], polygon[:1])) - polygon
+    offsets = np.asarray(points)[..., None, :] - polygon
+    cross = edges[:, 0] * offsets[..., 1] - edges[:, 1] * offsets[..., 0]
+    return np.all(cross >= -tolerance * np.linalg.norm(edges, axis=1), axis=-1)

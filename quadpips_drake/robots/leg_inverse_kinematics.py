@@ -3,6 +3,8 @@
 import numpy as np
 from numba import njit
 
+from quadpips_drake.math.rotations import rotation_from_rpy
+
 _TWO_PI = 2.0 * np.pi
 
 
@@ -14,7 +16,10 @@ def _closest_turn(angle, reference):
 
 @njit(cache=True)
 def _within(q, lower, upper, tolerance):
-    return np.all(q >= lower - tolerance) and np.all(q <= upper + tolerance)
+    inside = True
+    for i in range(3):
+        inside = inside and lower[i] - tolerance <= q[i] <= upper[i] + tolerance
+    return inside
 
 
 @njit(cache=True)
@@ -70,7 +75,46 @@ def solve_leg(p_HF, thigh_offset, knee_offset, foot_offset, lower, upper, guess,
             q[1] = _closest_turn(thigh - zero1, guess[1])
             q[2] = _closest_turn(bend + zero1 - zero2, guess[2])
             inside = in_reach and _within(q, lower, upper, tolerance)
-            distance = np.abs(q - guess).max()
+            distance = max(abs(q[0] - guess[0]), abs(q[1] - guess[1]), abs(q[2] - guess[2]))
             if (inside and not best_inside) or (inside == best_inside and distance < best_distance):
                 best, best_distance, best_inside = q, distance, inside
-    return np.minimum(np.maximum(best, lower), upper), reached and best_inside
+    for i in range(3):
+        best[i] = min(max(best[i], lower[i]), upper[i])
+    return best, reached and best_inside
+
+
+@njit(cache=True, nogil=True)
+def follow_feet(joint_offset, foot_offset, lower, upper, tolerance, p_WB, rpy_WB, p_WF, guess, joints, reached):
+    """Joint angles of all legs along a motion of base and feet, each close to those before.
+
+    Args:
+        joint_offset, foot_offset: of the KinematicTree.
+        lower, upper: joint limits [rad], (12,).
+        tolerance: by how much limits may be exceeded [rad].
+        p_WB, rpy_WB: base poses [m, rad], (n, 3) each.
+        p_WF: foot centres in W [m], (n, 4, 3).
+        guess: angles to begin close to, (12,).
+        joints, reached: are filled: angles (n, 12) and whether each foot is where it should be, (n, 4).
+    """
+    p_HF, last = np.empty(3), guess.copy()
+    for k in range(len(joints)):
+        rotation = rotation_from_rpy(rpy_WB[k])
+        for leg in range(4):
+            first = 3 * leg
+            for i in range(3):
+                p_HF[i] = -joint_offset[first, i]
+                for j in range(3):
+                    p_HF[i] += rotation[j, i] * (p_WF[k, leg, j] - p_WB[k, j])
+            angles, reached[k, leg] = solve_leg(
+                p_HF,
+                joint_offset[first + 1],
+                joint_offset[first + 2],
+                foot_offset[leg],
+                lower[first : first + 3],
+                upper[first : first + 3],
+                last[first : first + 3],
+                tolerance,
+            )
+            for i in range(3):
+                joints[k, first + i] = angles[i]
+                last[first + i] = angles[i]

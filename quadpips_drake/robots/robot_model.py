@@ -14,7 +14,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.robots import kinematic_tree as kinematics
 from quadpips_drake.robots.kinematic_tree import KinematicTree
-from quadpips_drake.robots.leg_inverse_kinematics import solve_leg
+from quadpips_drake.robots.leg_inverse_kinematics import follow_feet, solve_leg
 from quadpips_drake.robots.robot_description import CameraDescription, CameraMount, RobotDescription, mount_camera
 from quadpips_drake.values.legs import JOINTS_PER_LEG, Leg
 from quadpips_drake.values.robot_state import RobotState
@@ -134,7 +134,7 @@ class RobotModel:
         """
         joints = slice(JOINTS_PER_LEG * leg, JOINTS_PER_LEG * (leg + 1))
         hip, thigh, knee = self.tree.joint_offset[joints]
-        guess = self.nominal_joints[joints] if guess is None else np.asarray(guess, float)
+        guess = np.array(self.nominal_joints[joints] if guess is None else guess, float)
         return solve_leg(
             np.asarray(p_BF, float) - hip,
             thigh,
@@ -145,6 +145,24 @@ class RobotModel:
             guess,
             _LIMIT_TOLERANCE,
         )
+
+    def joints_following(self, p_WB, rpy_WB, p_WF, guess) -> tuple[np.ndarray, np.ndarray]:
+        """Finds the joint angles along a motion of base and feet.
+
+        Args:
+            p_WB, rpy_WB: base poses [m, rad], (n, 3) each.
+            p_WF: foot centres in W [m], (n, 4, 3).
+            guess: angles to begin close to [rad], (12,); from then on each is close to the one before.
+
+        Returns:
+            The angles (n, 12) and whether each foot is reached within the limits, bool (n, 4); where it is not, the angles
+            are the nearest sensible ones.
+        """
+        joints, reached = np.empty((len(p_WB), len(self.joint_names))), np.empty((len(p_WB), 4), dtype=bool)
+        motion = (np.array(part, dtype=float) for part in (p_WB, rpy_WB, p_WF, guess))
+        limits = self.position_limits_lower, self.position_limits_upper
+        follow_feet(self.tree.joint_offset, self.tree.foot_offset, *limits, _LIMIT_TOLERANCE, *motion, joints, reached)
+        return joints, reached
 
     def add_to_plant(self, plant: MultibodyPlant) -> ModelInstanceIndex:
         """Adds the robot to a plant that is not yet finalized: quaternion floating base "base", joints in our order."""

@@ -112,7 +112,7 @@ class RealTimeIteration:
             times=times,
             states=solution.X,
             inputs=solution.U,
-            base_twists=self._model.base_twists(solution.X, np.vstack((solution.U, solution.U[-1:]))),
+            base_twists=self._model.base_twists(solution.X, solution.U),
             schedule=schedule,
             swings=mpc_swings.with_finished(swings, last.swings, now),
             normals=task.surface_normal[0],

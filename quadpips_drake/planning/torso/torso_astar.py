@@ -9,16 +9,22 @@ from quadpips_drake.math.angles import wrap_angle
 
 
 @njit(cache=True)
-def _edge_cost(step, turn, yaw, penalty, yaw_weight, heading_weight):
-    """Cost of an edge that moves by ``step`` (3,) and turns by ``turn`` to ``yaw``; see ``search_lattice``."""
-    length = np.sqrt(np.sum(step * step))
-    factor = 1.0 + penalty
-    if np.hypot(step[0], step[1]) > 1e-6:
-        factor += heading_weight * 0.5 * (1.0 - np.cos(np.arctan2(step[1], step[0]) - yaw))
-    return length * factor + yaw_weight * turn
+def _turns(yaws):
+    """|yaw_j - yaw_i|, (m, m)."""
+    turns = np.empty((len(yaws), len(yaws)))
+    for i in range(len(yaws)):
+        for j in range(len(yaws)):
+            turns[i, j] = abs(wrap_angle(yaws[j] - yaws[i]))
+    return turns
 
 
 @njit(cache=True)
+def _distance(positions, i, j):
+    x, y, z = positions[j, 0] - positions[i, 0], positions[j, 1] - positions[i, 1], positions[j, 2] - positions[i, 2]
+    return np.sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True, nogil=True)
 def search_lattice(
     positions, yaws, penalty, offsets, neighbours, start_yaw, goal, goal_yaw,
     goal_yaw_weight, yaw_weight, max_edge_yaw, heading_weight, max_expansions,
@@ -45,6 +51,9 @@ def search_lattice(
     cost[start_yaw] = 0.0
     queue = [(0.0, np.int64(start_yaw))]
     expansions = 0
+    turns, missing = _turns(yaws), np.empty(m)
+    for k in range(m):
+        missing[k] = goal_yaw_weight * abs(wrap_angle(yaws[k] - goal_yaw))
     while len(queue) > 0:
         _, node = heapq.heappop(queue)
         if closed[node]:
@@ -58,17 +67,19 @@ def search_lattice(
         expansions += 1
         for edge in range(offsets[i], offsets[i + 1]):
             j = neighbours[edge]
-            step = positions[j] - positions[i]
-            rest = np.sqrt(np.sum((positions[goal] - positions[j]) ** 2))
+            length, rest = _distance(positions, i, j), _distance(positions, j, goal)
+            x, y = positions[j, 0] - positions[i, 0], positions[j, 1] - positions[i, 1]
+            moves, direction = np.hypot(x, y) > 1e-6, np.arctan2(y, x)
             for other in range(m):
-                turn = abs(wrap_angle(yaws[other] - yaws[k]))
-                if turn > max_edge_yaw or not np.isfinite(penalty[j, other]) or (j == i and other == k):
+                child, turn = j * m + other, turns[k, other]
+                if turn > max_edge_yaw or closed[child] or not np.isfinite(penalty[j, other]):
                     continue
-                new_cost = cost[node] + _edge_cost(step, turn, yaws[other], penalty[j, other], yaw_weight, heading_weight)
-                child = j * m + other
-                if new_cost < cost[child] - 1e-12 and not closed[child]:
+                factor = 1.0 + penalty[j, other]
+                if moves:
+                    factor += heading_weight * 0.5 * (1.0 - np.cos(direction - yaws[other]))
+                new_cost = cost[node] + (length * factor + yaw_weight * turn)
+                if new_cost < cost[child] - 1e-12:
                     cost[child] = new_cost
                     parent[child] = node
-                    missing = goal_yaw_weight * abs(wrap_angle(yaws[other] - goal_yaw))
-                    heapq.heappush(queue, (new_cost + rest + missing, np.int64(child)))
+                    heapq.heappush(queue, (new_cost + rest + missing[other], np.int64(child)))
     return parent, closed, np.int64(-1)

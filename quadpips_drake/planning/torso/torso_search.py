@@ -95,7 +95,7 @@ def _region_points(region, spacing: float) -> np.ndarray:
         return region.center[None]
     axes = [low[i] + (np.arange(counts[i]) + 0.5) * (high[i] - low[i]) / counts[i] for i in range(2)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    grid = np.array([point for point in grid if in_convex_polygon(point, region.inset)]).reshape(-1, 2)
+    grid = grid[in_convex_polygon(grid, region.inset)]
     return np.vstack([region.center, region.center + grid @ region.X_WR[:3, :2].T])
 
 

@@ -141,39 +141,45 @@ def momentum_derivatives(tree, axes, origins, coms, inertias, mass, center, cent
 
 
 @njit(cache=True)
-def base_velocity_kernel(tree, x, u):
-    """Returns v_WB (3,) in W and the angular velocity of the base in B (3,)."""
-    rotation = rotation_from_rpy(x[ANGLES:JOINTS])
-    axes, origins, coms, inertias, _ = link_kinematics(tree, x[JOINTS:])
-    mass, center, center_jacobian, inertia, joint_momentum = composite_terms(tree, axes, origins, coms, inertias)
-    rates = u[JOINT_RATES:]
-    momentum = np.empty(3)
-    store(momentum, scale(mass, transpose_times(rotation, x[ANGULAR:POSITION])))
-    w = inverse_3x3(inertia) @ (momentum - joint_momentum @ rates)
-    slip = np.empty(3)
-    store(slip, add(cross(w, center), center_jacobian @ rates))
-    return x[MOMENTUM:ANGULAR] - rotation @ slip, w
+def knot_motion(tree, x, u, f, p, v):
+    """Writes dx/dt = f(x, u), (24,), and positions and velocities of the feet in W, (4, 3).
 
-
-@njit(cache=True)
-def dynamics_kernel(tree, x, u):
-    """Returns dx/dt = f(x, u), (24,)."""
-    out = np.empty(STATE_SIZE)
+    Returns the rotation of the base, its angular velocity in B, and what ``link_kinematics`` gives.
+    """
     rotation = rotation_from_rpy(x[ANGLES:JOINTS])
     rates, _ = roll_pitch_yaw_rates(x[ANGLES:JOINTS])
-    _, _, coms, _, feet = link_kinematics(tree, x[JOINTS:])
-    velocity, w = base_velocity_kernel(tree, x, u)
-    mass = tree.link_mass.sum()
-    center = (tree.link_mass[:, None] * coms).sum(axis=0) / mass
-    force, torque = np.zeros(3), np.zeros(3)
+    kinematics = link_kinematics(tree, x[JOINTS:])
+    axes, origins, coms, inertias, feet = kinematics
+    mass, center, center_jacobian, inertia, joint_momentum = composite_terms(tree, axes, origins, coms, inertias)
+    momentum, slip = scale(mass, transpose_times(rotation, x[ANGULAR:POSITION])), (0.0, 0.0, 0.0)
+    for j in range(12):
+        momentum = subtract(momentum, scale(u[JOINT_RATES + j], vector(joint_momentum[:, j])))
+        slip = add(slip, scale(u[JOINT_RATES + j], vector(center_jacobian[:, j])))
+        f[JOINTS + j] = u[JOINT_RATES + j]
+    w = times(inverse_3x3(inertia), momentum)
+    slip = add(slip, cross(w, center))
+    store(f[POSITION:], subtract(x[MOMENTUM:ANGULAR], times(rotation, slip)))
+    store(f[ANGLES:], times(rates, w))
+    force, torque = (0.0, 0.0, -mass * GRAVITY), (0.0, 0.0, 0.0)
     for leg in range(4):
-        f = vector(u[3 * leg :])
-        accumulate(force, f)
-        accumulate(torque, cross(times(rotation, subtract(feet[leg], center)), f))
-    out[MOMENTUM:ANGULAR] = force / mass
-    out[MOMENTUM + 2] -= GRAVITY
-    out[ANGULAR:POSITION] = torque / mass
-    out[POSITION:ANGLES] = velocity
-    out[ANGLES:JOINTS] = rates @ w
-    out[JOINTS:] = u[JOINT_RATES:]
-    return out
+        foot = vector(feet[leg])
+        relative = cross(w, foot)
+        for j in range(3 * leg, 3 * leg + 3):
+            relative = add(relative, scale(u[JOINT_RATES + j], cross(axes[j], subtract(foot, origins[j]))))
+        store(p[leg], add(vector(x[POSITION:]), times(rotation, foot)))
+        store(v[leg], add(vector(f[POSITION:]), times(rotation, relative)))
+        push = vector(u[3 * leg :])
+        force = add(force, push)
+        torque = add(torque, cross(times(rotation, subtract(foot, center)), push))
+    store(f[MOMENTUM:], scale(1.0 / mass, force))
+    store(f[ANGULAR:], scale(1.0 / mass, torque))
+    return rotation, w, kinematics
+
+
+@njit(cache=True, nogil=True)
+def motion_kernel(tree, x, u):
+    """Returns dx/dt = f(x, u), (24,), and the angular velocity of the base in W, (3,)."""
+    f, p, v, twist = np.empty(STATE_SIZE), np.empty((4, 3)), np.empty((4, 3)), np.empty(3)
+    rotation, w, _ = knot_motion(tree, x, u, f, p, v)
+    store(twist, times(rotation, w))
+    return f, twist

@@ -11,14 +11,12 @@ from quadpips_drake.robots.kinematic_tree import KinematicTree
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.trajectory.centroidal.centroidal_derivatives import knot_derivatives
 from quadpips_drake.trajectory.centroidal.centroidal_kernels import (
-    ANGLES,
-    JOINTS,
-    base_velocity_kernel,
+    POSITION,
     composite_terms,
-    dynamics_kernel,
     link_kinematics,
+    motion_kernel,
 )
-from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE, CentroidalState, centroidal_state, foot_forces
+from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE, CentroidalInput, CentroidalState, centroidal_state
 from quadpips_drake.values.robot_state import RobotState
 
 MODEL_KINDS = ("centroidal", "single_rigid_body")
@@ -35,15 +33,12 @@ def _all_knots(tree, states, inputs):
     return f, a, b, p, v, p_x, v_x, v_u
 
 
-@njit(cache=True)
-def _base_twists(tree, states, inputs):
-    twists = np.empty((len(states), 6))
+@njit(cache=True, nogil=True)
+def _base_twists(tree, states, inputs, twists):
     for k in range(len(states)):
-        velocity, w = base_velocity_kernel(tree, states[k], inputs[k])
-        rotation = rotation_from_rpy(states[k, ANGLES:JOINTS])
-        twists[k, :3] = rotation @ w
-        twists[k, 3:] = velocity
-    return twists
+        f, w = motion_kernel(tree, states[k], inputs[min(k, len(inputs) - 1)])
+        for i in range(3):
+            twists[k, i], twists[k, 3 + i] = w[i], f[POSITION + i]
 
 
 @njit(cache=True)
@@ -98,7 +93,7 @@ class CentroidalModel:
 
     def dynamics(self, x, u) -> np.ndarray:
         """Returns dx/dt (24,)."""
-        return dynamics_kernel(self.tree, _contiguous(x), _contiguous(u))
+        return motion_kernel(self.tree, _contiguous(x), _contiguous(u))[0]
 
     def linearize(self, states, inputs):
         """Returns f (n, 24), A = df/dx, B = df/du (n, 24, 24) at n points."""
@@ -114,14 +109,18 @@ class CentroidalModel:
         return self.robot.foot_positions_at(x[CentroidalState.POSITION], rotation, x[CentroidalState.JOINTS])
 
     def base_twists(self, states, inputs) -> np.ndarray:
-        """Returns angular, then linear velocity of the base in W at n points, (n, 6) [rad/s, m/s]."""
-        return _base_twists(self.tree, _contiguous(states), _contiguous(inputs))
+        """Returns angular, then linear velocity of the base in W at n points, (n, 6) [rad/s, m/s].
+
+        ``inputs`` may be fewer than states (n, 24); then the last one holds to the end.
+        """
+        twists = np.empty((len(states), 6))
+        _base_twists(self.tree, _contiguous(states), _contiguous(inputs), twists)
+        return twists
 
     def base_velocity(self, x, u) -> tuple[np.ndarray, np.ndarray]:
         """Returns the base's linear velocity v_WB [m/s] (at its origin) and angular w_WB [rad/s], (3,), both in W."""
-        velocity, w = base_velocity_kernel(self.tree, _contiguous(x), _contiguous(u))
-        rotation = rotation_from_rpy(np.asarray(x[CentroidalState.ORIENTATION], float))
-        return velocity, rotation @ w
+        f, w = motion_kernel(self.tree, _contiguous(x), _contiguous(u))
+        return f[CentroidalState.POSITION], w
 
     def momentum(self, rpy, q, v_WB, w_WB, joint_velocities) -> np.ndarray:
         """Returns [linear momentum, angular momentum about the centre of mass] / mass in W, (6,), from velocities in W."""
@@ -144,12 +143,12 @@ class CentroidalModel:
         return self.state(p_WB, np.zeros(3), self.robot.nominal_joints)
 
     def gravity_compensation(self, stance) -> np.ndarray:
-        """Returns u (24,) that carries the weight in equal parts on the stance feet (bool (4,)); joints at rest."""
-        u = np.zeros(INPUT_SIZE)
+        """Returns inputs (..., 24) that carry the weight in equal parts on the stance feet, bool (..., 4), at rest."""
         stance = np.asarray(stance, bool)
-        if stance.any():
-            foot_forces(u)[stance, 2] = self.mass * GRAVITY / stance.sum()
-        return u
+        inputs = np.zeros((*stance.shape[:-1], INPUT_SIZE))
+        share = self.mass * GRAVITY / np.maximum(stance.sum(axis=-1, keepdims=True), 1)
+        inputs[..., CentroidalInput.VERTICAL_FORCES] = stance * share
+        return inputs
 
     def locked_inertia(self, q) -> np.ndarray:
         """Returns the inertia of the robot with locked joints about its centre of mass in B [kg m^2], (3, 3)."""

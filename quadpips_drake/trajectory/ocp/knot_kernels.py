@@ -130,7 +130,7 @@ def _discrete_dynamics(tree, x, u, x_next, dt, f, a, b, work, dynamics, defect):
 
 
 @njit(cache=True)
-def _stage_cost(parameters, task, k, x, u, dt, feet, geometry, hessian, linear):
+def stage_cost(parameters, task, k, x, u, dt, feet, geometry, hessian, linear):
     """Adds all cost terms of knot k in [x; u]. Returns the cost."""
     p, v, p_x, v_x, v_u = feet
     rotation, rotation_angles, kinematics = geometry
@@ -177,7 +177,7 @@ def _stage_cost(parameters, task, k, x, u, dt, feet, geometry, hessian, linear):
 
 
 @njit(cache=True)
-def _input_constraints(parameters, task, k, u, dt, feet, change, by_state, by_rates, residual):
+def input_constraints(parameters, task, k, u, dt, feet, change, by_state, by_rates, residual):
     """Collects the state-input equalities of knot k. Returns the number of velocity rows and the squared violation."""
     p, v, p_x, v_x, v_u = feet
     stance_gain = min(parameters.stance_gain, _MAX_GAIN_TIMES_STEP / dt)
@@ -244,8 +244,8 @@ def approximate_knots(parameters, task, states, inputs, blocks):
         _discrete_dynamics(parameters.tree, x, u, states[k + 1], dt, f, a, b, work, dynamics, defect)
         hessian[:, :] = 0.0
         linear[:] = 0.0
-        blocks.costs[k] = _stage_cost(parameters, task, k, x, u, dt, feet, geometry, hessian, linear)
-        rows, violation = _input_constraints(parameters, task, k, u, dt, feet, change, by_state, by_rates, residual)
+        blocks.costs[k] = stage_cost(parameters, task, k, x, u, dt, feet, geometry, hessian, linear)
+        rows, violation = input_constraints(parameters, task, k, u, dt, feet, change, by_state, by_rates, residual)
         violation *= dt
         for i in range(STATES):
             violation += defect[i] * defect[i]

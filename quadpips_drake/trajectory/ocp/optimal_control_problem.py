@@ -13,6 +13,7 @@ from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.solvers.registry import make_solver
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.knot_kernels import OcpParameters, approximate_knots, make_blocks
+from quadpips_drake.trajectory.ocp.knot_values import evaluate_knots
 from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
 from quadpips_drake.trajectory.ocp.reduction import unpacked
 from quadpips_drake.trajectory.ocp.stage_program import StageProgram
@@ -38,15 +39,15 @@ class OptimalControlProblem:
     The object keeps buffers, but no memory: equal arguments give equal results.
     """
 
-    def __init__(self, model: CentroidalModel, config: OcpConfig, num_knots: int):
+    def __init__(self, model: CentroidalModel, config: OcpConfig, num_knots: int, terminal_cost: np.ndarray | None = None):
+        """``terminal_cost``: of another problem with the same model and settings, which need not be worked out again."""
         self.model, self.config, self.num_knots = model, config, num_knots
         self._parameters = _parameters(model, config)
         self._program = StageProgram(num_knots)
         self._blocks = self._program.blocks
         self._solver = make_solver(config.solver, config.qp_tolerance)
-        self._terminal_cost = (
-            self._regulator_cost() if config.terminal_cost_scale > 0 else np.zeros((STATE_SIZE, STATE_SIZE))
-        )
+        self.terminal_cost = self._regulator_cost() if terminal_cost is None else terminal_cost
+        """Q_f (24, 24), for a robot that faces x."""
 
     def initial_guess(self, x0, task: TrackingTask) -> Guess:
         """Returns the reference itself, moved to start at ``x0``'s pose, as the point to linearise about."""
@@ -118,6 +119,8 @@ class OptimalControlProblem:
             if violation < 10 * tol and length == 1.0 and (_size(step[0]) < tol or change < tol):
                 status = "converged"
                 break
+            if iterations < max_iterations:
+                cost, violation = self._approximate(arrays, states, inputs, clock)
         return OcpSolution(
             status == "converged",
             status,
@@ -148,13 +151,25 @@ class OptimalControlProblem:
         return states, np.array(guess.U, dtype=float), x0, task
 
     def _approximate(self, arrays, states, inputs, clock):
+        """Fills the blocks. Returns cost and constraint violation."""
         start = time.perf_counter()
         approximate_knots(self._parameters, arrays, states, inputs, self._blocks)
-        error = states[-1] - arrays.x_ref[-1]
-        self._terminal_hessian = turned_to_yaw(self._terminal_cost, arrays.x_ref[-1, _YAW])
-        cost = self._blocks.costs.sum() + 0.5 * error @ self._terminal_hessian @ error
+        self._terminal_hessian = turned_to_yaw(self.terminal_cost, arrays.x_ref[-1, _YAW])
+        cost = self._blocks.costs.sum() + self._terminal(arrays, states)
         clock.times["linearisation_time"] += time.perf_counter() - start
         return float(cost), float(np.sqrt(self._blocks.violations.sum()))
+
+    def _evaluate(self, arrays, states, inputs, clock):
+        """Returns cost and constraint violation; the blocks stay as they are."""
+        start = time.perf_counter()
+        cost, squared = evaluate_knots(self._parameters, arrays, states, inputs)
+        cost += self._terminal(arrays, states)
+        clock.times["linearisation_time"] += time.perf_counter() - start
+        return float(cost), float(np.sqrt(squared))
+
+    def _terminal(self, arrays, states):
+        error = states[-1] - arrays.x_ref[-1]
+        return 0.5 * error @ self._terminal_hessian @ error
 
     def _solve_quadratic(self, arrays, x0, states, clock, solver=None):
         """Returns the step (dX, dU) or None."""
@@ -174,14 +189,11 @@ class OptimalControlProblem:
         return state_steps, input_steps
 
     def _line_search(self, arrays, states, inputs, step, cost, violation, clock):
-        """Returns (states, inputs, cost, violation, step length) of the first acceptable trial, or None.
-
-        The blocks then hold the approximation about the trial, so a full step costs no extra linearisation.
-        """
+        """Returns (states, inputs, cost, violation, step length) of the first acceptable trial, or None."""
         length = 1.0
         while length >= _MIN_STEP_LENGTH:
             trial_states, trial_inputs = states + length * step[0], inputs + length * step[1]
-            trial_cost, trial_violation = self._approximate(arrays, trial_states, trial_inputs, clock)
+            trial_cost, trial_violation = self._evaluate(arrays, trial_states, trial_inputs, clock)
             lessens_violation = trial_violation < (1.0 - 1e-2 * length) * violation
             lessens_cost = trial_cost < cost - 1e-6 * abs(cost)
             if np.isfinite(trial_cost) and (
@@ -194,6 +206,8 @@ class OptimalControlProblem:
 
     def _regulator_cost(self):
         """Q_f: cost-to-go of standing at the nominal joints on four feet."""
+        if self.config.terminal_cost_scale == 0.0:
+            return np.zeros((STATE_SIZE, STATE_SIZE))
         x, u = self.model.nominal_state(), self.model.gravity_compensation(np.ones(4))
         feet = self.model.foot_positions(x)
         task = TrackingTask(

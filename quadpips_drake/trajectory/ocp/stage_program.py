@@ -96,9 +96,9 @@ class StageProgram:
 
 def _hessian_pattern(n: int) -> sp.csc_matrix:
     """Upper triangles of the stages' blocks along the diagonal."""
-    sizes = [STAGE] * n + [STATES]
-    indices = np.concatenate([np.tril_indices(size)[1] + STAGE * k for k, size in enumerate(sizes)])
-    counts = np.concatenate([1 + np.arange(size) for size in sizes])
+    within, offsets = np.tril_indices(STAGE)[1], STAGE * np.arange(n)[:, None]
+    indices = np.concatenate([(within + offsets).ravel(), _LOWER_TRIANGLE[1] + STAGE * n])
+    counts = 1 + np.concatenate([np.tile(np.arange(STAGE), n), np.arange(STATES)])
     return _csc(indices, counts, (len(counts), len(counts)))
 
 
@@ -107,7 +107,8 @@ def _equality_pattern(n: int) -> sp.csc_matrix:
     columns_of_state = [np.append(i, STATES + np.arange(STATES)) for i in range(STATES)]
     stage_rows = np.concatenate(columns_of_state + [STATES + np.arange(STATES)] * FREE)
     counts = np.concatenate([np.tile([STATES + 1] * STATES + [STATES] * FREE, n), np.ones(STATES, int)])
-    indices = np.concatenate([stage_rows + STATES * k for k in range(n)] + [STATES * n + np.arange(STATES)])
+    inner = (stage_rows + STATES * np.arange(n)[:, None]).ravel()
+    indices = np.concatenate([inner, STATES * n + np.arange(STATES)])
     matrix = _csc(indices, counts, (STATES * (n + 1), len(counts)))
     matrix.data[:] = -1.0
     return matrix
@@ -116,7 +117,7 @@ def _equality_pattern(n: int) -> sp.csc_matrix:
 def _friction_pattern(n: int) -> sp.csc_matrix:
     """Four rows on each leg's three entries of w."""
     leg_rows = np.repeat(np.arange(4)[:, None], 3, axis=1)[:, :, None] * ROWS + np.arange(ROWS)
-    indices = np.concatenate([leg_rows.ravel() + _FRICTION_ROWS * k for k in range(n)])
+    indices = (leg_rows.ravel() + _FRICTION_ROWS * np.arange(n)[:, None]).ravel()
     counts = np.append(np.tile([0] * STATES + [ROWS] * FREE, n), np.zeros(STATES, int))
     return _csc(indices, counts, (_FRICTION_ROWS * n, len(counts)))
 

@@ -16,7 +16,8 @@ from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig
 from quadpips_drake.trajectory.swing.target_configuration import TargetConfig, find_target, foot_centers
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
-from quadpips_drake.values.plans import FootholdPlan
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.plans import FootholdPlan, Stance
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
 from quadpips_drake.values.swing_plan import SwingPlan, SwingReport
 
@@ -63,6 +64,19 @@ class SwingOptimizer:
         self.config = config or SwingOptimizerConfig()
         self.model = CentroidalModel(robot, self.config.ocp.model)
         self._problems: dict[int, OptimalControlProblem] = {}
+        self._warm_up()
+
+    def _warm_up(self):
+        """Loads the compiled code, so that the first plan takes hardly longer than any other."""
+        robot = self.robot
+        base = np.array([0.0, 0.0, robot.nominal_base_height])
+        normals = np.tile([0.0, 0.0, 1.0], (len(Leg), 1))
+        footholds = base + robot.nominal_footholds_B - robot.foot_radius * normals
+        stance = Stance(footholds, normals, (None,) * len(Leg), base, np.zeros(3))
+        brief = 2.0 * self.config.time_step
+        self.optimize(
+            self.model.nominal_state(), FootholdPlan(0.0, 0, (stance,) * 3, ((Leg.LF,), (Leg.RF,)), "", brief, brief)
+        )
 
     def optimize(self, x0, plan: FootholdPlan, stamp: float = 0.0) -> SwingPlan:
         """Returns the reference from state ``x0`` (24,) along ``plan``."""
@@ -187,7 +201,8 @@ class SwingOptimizer:
 
     def _problem(self, num_knots):
         if num_knots not in self._problems:
-            self._problems[num_knots] = OptimalControlProblem(self.model, self.config.ocp, num_knots)
+            known = next((problem.terminal_cost for problem in self._problems.values()), None)
+            self._problems[num_knots] = OptimalControlProblem(self.model, self.config.ocp, num_knots, known)
         return self._problems[num_knots]
 
     def _landing_error(self, x, setup):

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from quadpips_drake.math.angles import whole_turns
 from quadpips_drake.math.rotations import body_rates, rotation_from_rpy
@@ -10,7 +11,7 @@ from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalMode
 from quadpips_drake.trajectory.ocp.tracking_task import TrackingTask
 from quadpips_drake.trajectory.swing.ground_profile import ground_profile, region_halfspaces
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig, SwingSpline
-from quadpips_drake.trajectory.swing.target_configuration import TargetConfiguration, leg_angles
+from quadpips_drake.trajectory.swing.target_configuration import TargetConfiguration
 from quadpips_drake.values.centroidal import STATE_SIZE, CentroidalInput, CentroidalState
 from quadpips_drake.values.legs import NUM_LEGS
 
@@ -71,8 +72,9 @@ def make_swing_task(model: CentroidalModel, x0, setup: SwingSetup, config: Swing
             liftoff_normal=setup.normals[0, leg],
             profile=ground_profile(*ends, setup.ground, model.robot.foot_radius),
         )
-        foot_p[:, leg], foot_v[:, leg] = spline.position(times), spline.velocity(times)
-        normals[:, leg] = [spline.normal(t) for t in times[:-1]]
+        path = spline.sample(times)
+        foot_p[:, leg], foot_v[:, leg] = path[:, 0], path[:, 1]
+        normals[:, leg] = spline.normal(times[:-1])
     x_ref, u_ref, reached = _reference(model, x0, setup, times, foot_p, stance)
     halfspaces = _halfspaces(setup, stance, times)
     return TrackingTask(times, x_ref, u_ref, stance, foot_p, foot_v, normals, *halfspaces), reached
@@ -88,17 +90,23 @@ def _reference(model, x0, setup, times, foot_p, stance):
     x_ref[:, CentroidalState.LINEAR] = velocity
     x_ref[:, CentroidalState.POSITION] = position
     x_ref[:, CentroidalState.ORIENTATION] = rpy
-    reached, guess = True, x0[CentroidalState.JOINTS]
-    inertia = model.locked_inertia(guess) / model.mass
-    for k in range(len(times)):
-        guess, failed = leg_angles(model.robot, position[k], rpy[k], foot_p[k], guess)
-        reached &= not failed
-        x_ref[k, CentroidalState.JOINTS] = guess
-        x_ref[k, CentroidalState.ANGULAR] = rotation_from_rpy(rpy[k]) @ inertia @ body_rates(rpy[k], rpy_rate[k])
-    u_ref = np.array([model.gravity_compensation(flags) for flags in stance])
+    joints, reached = model.robot.joints_following(position, rpy, foot_p, x0[CentroidalState.JOINTS])
+    x_ref[:, CentroidalState.JOINTS] = joints
+    inertia = model.locked_inertia(x0[CentroidalState.JOINTS]) / model.mass
+    x_ref[:, CentroidalState.ANGULAR] = _spin(rpy, rpy_rate, inertia)
+    u_ref = model.gravity_compensation(stance)
     joint_steps = np.diff(x_ref[:, CentroidalState.JOINTS], axis=0)
     u_ref[:, CentroidalInput.JOINT_VELOCITIES] = joint_steps / np.diff(times)[:, None]
-    return x_ref, u_ref, reached
+    return x_ref, u_ref, bool(reached.all())
+
+
+@njit(cache=True)
+def _spin(rpy, rates, inertia):
+    """Angular momentum of a body with that ``inertia`` in its own frame, in W, while its attitude changes, (n, 3)."""
+    out = np.empty((len(rpy), 3))
+    for k in range(len(rpy)):
+        out[k] = rotation_from_rpy(rpy[k]) @ (inertia @ body_rates(rpy[k], rates[k]))
+    return out
 
 
 def _hermite(p0, p1, v0, v1, times):

@@ -130,13 +130,14 @@ class SwingSpline:
         """Acceleration [m/s^2] at one time (3,) or several (n, 3)."""
         return self._derivative(t, 2)
 
-    def normal(self, t: float) -> np.ndarray:
-        """Unit normal (3,) along which the foot is held to the spline: turns smoothly from lift-off's to touch-down's."""
-        phase = (t - self.start_time) / (self.end_time - self.start_time)
+    def normal(self, t) -> np.ndarray:
+        """Unit normals along which the foot is held to the spline at one time (3,) or several (n, 3): they turn smoothly
+        from lift-off's to touch-down's."""
+        phase = (np.asarray(t, dtype=float)[..., None] - self.start_time) / (self.end_time - self.start_time)
         s = np.clip((phase - _BLEND_START) / (_BLEND_END - _BLEND_START), 0.0, 1.0)
         part = s * s * (3.0 - 2.0 * s)
         blend = (1.0 - part) * self.normals[0] + part * self.normals[1]
-        return blend / np.linalg.norm(blend)
+        return blend / np.linalg.norm(blend, axis=-1, keepdims=True)
 
     def _derivative(self, t, order):
         values = self.sample(np.atleast_1d(t))[:, order]

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.configuration.schema import MAX_SEED, configuration, ranged
-from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import Stance
@@ -48,13 +47,8 @@ def foot_centers(stance: Stance, foot_radius: float) -> np.ndarray:
 
 def leg_angles(robot: RobotModel, p_WB, rpy_WB, feet, guess) -> tuple[np.ndarray, list[Leg]]:
     """Returns the joints (12,) that put the feet at ``feet`` (4, 3) in W, close to ``guess``, and the legs that cannot."""
-    feet_b = (feet - p_WB) @ rotation_from_rpy(np.asarray(rpy_WB, dtype=float))
-    joints, failed = np.empty(12), []
-    for leg in Leg:
-        joints[leg.joints], reached = robot.leg_inverse_kinematics_B(leg, feet_b[leg], guess[leg.joints])
-        if not reached:
-            failed.append(leg)
-    return joints, failed
+    joints, reached = robot.joints_following([p_WB], [rpy_WB], [feet], guess)
+    return joints[0], [leg for leg in Leg if not reached[0, leg]]
 
 
 def find_target(robot: RobotModel, p_WB, rpy_WB, feet, config: TargetConfig, guess=None) -> TargetConfiguration:

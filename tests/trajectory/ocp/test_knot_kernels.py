@@ -7,7 +7,8 @@ from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.solvers.program_matrices import ProgramMatrices
 from quadpips_drake.trajectory.centroidal.centroidal_derivatives import knot_derivatives
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
-from quadpips_drake.trajectory.ocp.knot_kernels import _stage_cost, approximate_knots
+from quadpips_drake.trajectory.ocp.knot_kernels import approximate_knots, stage_cost
+from quadpips_drake.trajectory.ocp.knot_values import evaluate_knots
 from quadpips_drake.trajectory.ocp.optimal_control_problem import OcpConfig, OptimalControlProblem
 from quadpips_drake.trajectory.ocp.reduction import unpacked
 from tests.trajectory.centroidal.test_centroidal_model import random_points
@@ -68,7 +69,7 @@ def test_cost_is_the_projected_one(case):
         arrays = [np.empty(s) for s in ((24,), (24, 24), (24, 24), (4, 3), (4, 3), (4, 3, 24), (4, 3, 24), (4, 3, 24))]
         geometry = knot_derivatives(parameters.tree, x, u, *arrays)
         hessian, linear, dt = np.zeros((48, 48)), np.zeros(48), task.times[k + 1] - task.times[k]
-        cost = _stage_cost(parameters, task, k, x, u, dt, tuple(arrays[3:]), geometry, hessian, linear)
+        cost = stage_cost(parameters, task, k, x, u, dt, tuple(arrays[3:]), geometry, hessian, linear)
         assert blocks.costs[k] == cost
         assert not hessian[24:36, 36:].any()  # what the elimination relies on
         offset, full = dense_map(blocks, k)
@@ -76,6 +77,13 @@ def test_cost_is_the_projected_one(case):
         dense[np.diag_indices(36)] += ~full.any(axis=0)
         close(unpacked(blocks.hessian[k]), dense)
         close(blocks.gradient[k], full.T @ (linear + hessian @ offset))
+
+
+def test_values_without_derivatives_are_the_same(case):
+    problem, task, states, inputs = case
+    cost, violation = evaluate_knots(problem._parameters, task, states, inputs)
+    assert cost == pytest.approx(problem._blocks.costs.sum(), rel=TOLERANCE)
+    assert violation == pytest.approx(problem._blocks.violations.sum(), rel=TOLERANCE)
 
 
 def test_the_program_says_what_the_matrices_say(case):
