@@ -6,6 +6,7 @@ robot reaches is not touched anyway.
 """
 
 import numpy as np
+import shapely
 from pydrake.geometry import GeometryId, ProximityProperties, Role, SceneGraph, SourceId
 
 from quadpips_drake.errors import UserInputError
@@ -19,6 +20,7 @@ RECENTRE_AT = 0.4
 MAX_SHAPES = 2000
 """Shapes that may lie within one window: as many cost 250 MB and 3 s."""
 _BLOCK = 500
+"""So many windows are looked at together: pairs of windows and shapes take memory."""
 
 
 class GroundWindow:
@@ -59,10 +61,10 @@ def is_near(bounds: np.ndarray, xy: np.ndarray) -> np.ndarray:
 
 def check_density(name: str, bounds: np.ndarray) -> None:
     """Refuses the terrain ``name`` (UserInputError) if more than MAX_SHAPES lie in the window around any of its shapes."""
-    middles = bounds.mean(axis=1)
+    middles, shapes = bounds.mean(axis=1), shapely.STRtree(shapely.box(*bounds[:, 0].T, *bounds[:, 1].T))
     for block in np.array_split(middles, -(-len(middles) // _BLOCK)):
-        low, high = bounds[None, :, 0] - HALF_WIDTH, bounds[None, :, 1] + HALF_WIDTH
-        counts = ((low <= block[:, None]) & (high >= block[:, None])).all(axis=2).sum(axis=1)
+        window, _ = shapes.query(shapely.box(*(block - HALF_WIDTH).T, *(block + HALF_WIDTH).T))
+        counts = np.bincount(window, minlength=len(block))
         if counts.max() > MAX_SHAPES:
             x, y = block[counts.argmax()]
             raise UserInputError(

@@ -13,7 +13,7 @@ from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Terrain
 from quadpips_drake.terrain.triangles import in_memory_mesh, joined_triangles
 from quadpips_drake.values.steppability import Steppability
 
-MAX_WHOLE = 500
+MAX_WHOLE = 200
 """Up to this many shapes of a terrain take part in collisions as a whole, and as many elements are drawn one by one."""
 COLORS = {
     Steppability.UNKNOWN: (0.60, 0.60, 0.60, 1.0),
@@ -35,7 +35,8 @@ def add_terrain_to_plant(
 
     Point contact treats meshes as convex; a mesh that is not becomes one thin prism per triangle. Drake's SceneGraph keeps
     a record of each pair of shapes that can touch something: 350 bytes and 4 us for each, 4 GB for 5,000 shapes. So of
-    more than MAX_WHOLE shapes only those near the robot take part in collisions; see ``GroundWindow``.
+    more than MAX_WHOLE shapes only those near the robot take part in collisions; see ``GroundWindow``. Where nothing is to
+    be touched, none does.
 
     Args:
         terrain: what to add.
@@ -48,7 +49,7 @@ def add_terrain_to_plant(
     Raises:
         UserInputError: more shapes lie together than a window may hold.
     """
-    bounds = np.concatenate([_shape_bounds(element) for element in terrain.elements])
+    bounds = _bounds_of_shapes(terrain)
     is_large = len(bounds) > MAX_WHOLE
     one_by_one = len(terrain.elements) <= MAX_WHOLE
     if is_large:
@@ -59,14 +60,13 @@ def add_terrain_to_plant(
     for index, element in enumerate(terrain.elements):
         # Drake numbers what is registered, and the numbers decide in which order contacts are summed up and surfaces are
         # drawn: the last bits of forces and depths. So this order is kept, and a small terrain is the same in all scenes.
-        if touchable or not is_large:
-            new = _add_collision_shapes(index, element, plant, terrain.friction)
-            ids += new
-        if is_large and touchable:
-            if new and properties is None:
-                properties = ProximityProperties(scene_graph.model_inspector().GetProximityProperties(new[0]))
+        new = _add_collision_shapes(index, element, plant, terrain.friction) if touchable or not is_large else []
+        if new and properties is None:
+            properties = ProximityProperties(scene_graph.model_inspector().GetProximityProperties(new[0]))
+        if is_large or not touchable:
             for id in new:
                 scene_graph.RemoveRole(source_id=plant.get_source_id(), geometry_id=id, role=Role.kProximity)
+        ids += new
         if one_by_one:
             _add_visual(index, element, plant)
     return GroundWindow(scene_graph, plant.get_source_id(), ids, bounds, properties) if is_large and touchable else None
@@ -124,6 +124,13 @@ def _collision_shapes(element: Element) -> list:
 def num_collision_shapes(element: Element) -> int:
     """How many shapes an element is to the physics: a mesh that is not convex has one for each triangle not vertical."""
     return len(_shape_bounds(element))
+
+
+def _bounds_of_shapes(terrain: Terrain) -> np.ndarray:
+    """Lowest x, y and highest x, y [m] in W of all shapes of a terrain, (n, 2, 2)."""
+    if not any(isinstance(element, Mesh) for element in terrain.elements):
+        return terrain.element_bounds[:, :, :2]
+    return np.concatenate([_shape_bounds(element) for element in terrain.elements])
 
 
 def _shape_bounds(element: Element) -> np.ndarray:

@@ -1,46 +1,91 @@
-"""Vertical rays against boxes, cylinders and triangles: all elements, many rays, one compiled loop."""
+"""Vertical rays against boxes, cylinders and triangles: all elements, many rays, one compiled loop.
+
+A grid over the elements tells which of them a ray can meet, so that it costs no more among thousands than among ten.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from quadpips_drake.terrain.terrain import Box, Cylinder, Element
+from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Terrain
 
 BOX, CYLINDER, MESH = 0, 1, 2
 _TOLERANCE = 1e-12
+_CELLS_PER_ELEMENT = 16
+"""In how many cells of the grid an element may stand, in the mean; larger elements make larger cells."""
 
 
 class ElementArrays:
     """The elements as plain arrays for the compiled loop."""
 
-    def __init__(self, elements: tuple[Element, ...], keep=None):
-        chosen = [i for i in range(len(elements)) if keep is None or keep[i]]
-        n = len(chosen)
-        self.index = np.array(chosen, np.int64)
-        self.kind = np.zeros(n, np.int64)
-        self.pose = np.zeros((n, 4, 4))
+    def __init__(self, terrain: Terrain, keep=None):
+        """``keep``: which of the terrain's elements, bool (n,); all of them by default."""
+        self.index = np.flatnonzero(np.ones(len(terrain.elements), bool) if keep is None else keep)
+        elements, n = [terrain.elements[i] for i in self.index], len(self.index)
+        self.kind = np.array([_kind(element) for element in elements], np.int64)
+        self.pose = np.array([element.X_WE for element in elements]).reshape(n, 4, 4)
         self.half_size = np.zeros((n, 3))
         """Box: half the size; cylinder: radius, radius, half the length."""
-        self.low, self.high = np.zeros((n, 2)), np.zeros((n, 2))
+        bounds = terrain.element_bounds[self.index]
+        self.low, self.high = bounds[:, 0, :2] - 1e-9, bounds[:, 1, :2] + 1e-9
         """Bounds in x and y [m]."""
         self.triangle_range = np.zeros((n, 2), np.int64)
         triangles = []
         count = 0
-        for k, i in enumerate(chosen):
-            element = elements[i]
-            low, high = element.bounds()
-            self.pose[k], self.low[k], self.high[k] = element.X_WE, low[:2] - 1e-9, high[:2] + 1e-9
+        for k, element in enumerate(elements):
             if isinstance(element, Box):
                 self.half_size[k] = 0.5 * element.size
             elif isinstance(element, Cylinder):
-                self.kind[k] = CYLINDER
                 self.half_size[k] = element.radius, element.radius, 0.5 * element.length
             else:
-                self.kind[k] = MESH
                 triangles.append(element.corners()[element.triangles])
                 self.triangle_range[k] = count, count + len(element.triangles)
                 count += len(element.triangles)
         self.triangles = np.concatenate(triangles) if triangles else np.zeros((0, 3, 3))
         """Corners of all triangles in W [m], (t, 3, 3)."""
+        self.grid = _grid_over(self.low, self.high)
+
+
+class _Grid(NamedTuple):
+    """A rectangle of ``side`` x ``side`` cells, with the elements whose bounds reach into each of them."""
+
+    low: np.ndarray
+    """Its lower corner, x and y [m]."""
+    high: np.ndarray
+    cell: np.ndarray
+    """Sides of a cell [m], (2,)."""
+    side: int
+    offsets: np.ndarray
+    """Where the elements of each cell begin in ``items``, int64 (side^2 + 1,)."""
+    items: np.ndarray
+    """Elements in rising order, cell after cell."""
+
+
+def _kind(element: Element) -> int:
+    return BOX if isinstance(element, Box) else CYLINDER if isinstance(element, Cylinder) else MESH
+
+
+def _grid_over(low: np.ndarray, high: np.ndarray) -> _Grid:
+    """The grid over elements with bounds ``low`` and ``high`` (n, 2): as many cells as elements, or fewer large ones."""
+    n = len(low)
+    if n == 0:
+        return _Grid(np.full(2, np.inf), np.full(2, -np.inf), np.ones(2), 1, np.zeros(2, np.int64), np.zeros(0, np.int64))
+    first, last = low.min(axis=0), high.max(axis=0)
+    side = int(np.ceil(np.sqrt(n)))
+    while True:
+        cell = (last - first) / side
+        begin, end = (np.minimum((bound - first) / cell, side - 1).astype(np.int64) for bound in (low, high))
+        covered = (end - begin + 1).prod(axis=1)
+        if side == 1 or covered.sum() <= _CELLS_PER_ELEMENT * n:
+            break
+        side //= 2
+    owner = np.repeat(np.arange(n), covered)
+    k = np.arange(len(owner)) - np.repeat(np.cumsum(covered) - covered, covered)
+    rows = (end - begin + 1)[owner, 1]
+    place = (begin[owner, 0] + k // rows) * side + begin[owner, 1] + k % rows
+    offsets = np.append(0, np.cumsum(np.bincount(place, minlength=side * side)))
+    return _Grid(first, last, cell, side, offsets, owner[np.argsort(place, kind="stable")])
 
 
 def cast_down(x: np.ndarray, y: np.ndarray, arrays: ElementArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -50,6 +95,7 @@ def cast_down(x: np.ndarray, y: np.ndarray, arrays: ElementArrays) -> tuple[np.n
         np.ascontiguousarray(x, float),
         np.ascontiguousarray(y, float),
         (a.kind, a.pose, a.half_size, a.low, a.high),
+        a.grid,
         a.triangle_range,
         a.triangles,
     )
@@ -58,7 +104,7 @@ def cast_down(x: np.ndarray, y: np.ndarray, arrays: ElementArrays) -> tuple[np.n
 
 
 @njit(cache=True)
-def _cast_down(x, y, elements, triangle_range, triangles):
+def _cast_down(x, y, elements, grid, triangle_range, triangles):
     kind, pose, half_size, low, high = elements
     n = len(x)
     heights = np.full(n, np.nan)
@@ -66,8 +112,14 @@ def _cast_down(x, y, elements, triangle_range, triangles):
     normals = np.full((n, 3), np.nan)
     normal = np.zeros(3)
     for p in range(n):
+        if not (grid.low[0] <= x[p] <= grid.high[0] and grid.low[1] <= y[p] <= grid.high[1]):
+            continue  # nor is anything where x or y is NaN
+        column = min(int((x[p] - grid.low[0]) / grid.cell[0]), grid.side - 1)
+        row = min(int((y[p] - grid.low[1]) / grid.cell[1]), grid.side - 1)
+        place = column * grid.side + row
         best = -np.inf
-        for k in range(len(kind)):
+        for i in range(grid.offsets[place], grid.offsets[place + 1]):
+            k = grid.items[i]
             if x[p] < low[k, 0] or x[p] > high[k, 0] or y[p] < low[k, 1] or y[p] > high[k, 1]:
                 continue
             if kind[k] == BOX:

@@ -5,6 +5,7 @@ that lie above its plane. Convex elements make both exact; cylinders count as pr
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -17,6 +18,8 @@ _SIDES = 64
 _FLUSH = 1e-6
 """Heights and distances below this [m] count as none."""
 _MIN_AREA = 1e-8
+_BOX_EDGES = np.array([(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit])
+"""Between the corners of a box, (12, 2)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +48,7 @@ class SurfacePatch:
         x_axis = np.array([self.normal[2], 0.0, -self.normal[0]])
         x_axis /= np.linalg.norm(x_axis)
         X_WP = np.eye(4)
-        X_WP[:3, :3] = np.column_stack((x_axis, np.cross(self.normal, x_axis), self.normal))
+        X_WP[:3, :3] = np.column_stack((x_axis, _cross(self.normal, x_axis), self.normal))
         point = self.polygon.representative_point()
         X_WP[:3, 3] = point.x, point.y, self.height(point.x, point.y)
         return X_WP
@@ -67,8 +70,14 @@ class PatchIndex:
     def __init__(self, patches: tuple[SurfacePatch, ...]):
         self.patches = patches
         self._tree = shapely.STRtree([patch.polygon for patch in patches])
-        self._frames = [patch.frame() for patch in patches]
-        self._edges = [patch.in_plane(X_WP).boundary for patch, X_WP in zip(patches, self._frames, strict=True)]
+
+    @cached_property
+    def _frames(self) -> list[np.ndarray]:
+        return [patch.frame() for patch in self.patches]
+
+    @cached_property
+    def _edges(self) -> list[shapely.Geometry]:
+        return [patch.in_plane(X_WP).boundary for patch, X_WP in zip(self.patches, self._frames, strict=True)]
 
     def distance_to_edge(self, points: np.ndarray, heights: np.ndarray) -> np.ndarray:
         """Distance [m] to the edge of the patch on which (x, y) ``points`` (n, 2) at ``heights`` (n,) lie; 0 on none."""
@@ -97,75 +106,118 @@ class PatchIndex:
 
 def visible_patches(elements: tuple[Element, ...]) -> tuple[SurfacePatch, ...]:
     """Returns the visible flat patches of ``elements``, flush coplanar neighbours of one label joined."""
-    solids = [solid for element in elements for solid in _solids(element)]
-    tree = shapely.STRtree([shapely.MultiPoint(corners[:, :2]).envelope for corners, _ in solids])
-    groups: dict[tuple, list[shapely.Geometry]] = {}
-    planes: dict[tuple, tuple[np.ndarray, float]] = {}
+    faces, labels = [], []
     for element in elements:
-        for corners in _upward_faces(element):
-            normal, offset = _plane(corners)
-            polygon = shapely.Polygon(corners[:, :2])
-            hidden = [_shadow_above(*solids[k], normal, offset) for k in tree.query(polygon)]
-            visible = polygon.difference(shapely.union_all([shadow for shadow in hidden if shadow is not None]))
-            if visible.area > _MIN_AREA:
-                key = (*np.round(normal, 6), round(offset, 6), element.label)
-                groups.setdefault(key, []).append(visible)
-                planes.setdefault(key, (normal, offset))
+        upward = _upward_faces(element)
+        faces += upward
+        labels += [element.label] * len(upward)
+    if not faces:
+        return ()
+    planes = [_plane(face) for face in faces]
+    outlines = _polygons(faces)
+    visible = shapely.difference(outlines, _hidden_parts(elements, outlines, planes))
+    groups: dict[tuple, list[shapely.Geometry]] = {}
+    first: dict[tuple, tuple[np.ndarray, float]] = {}
+    rounded = np.round([(*normal, offset) for normal, offset in planes], 6).tolist()
+    for k in np.flatnonzero(shapely.area(visible) > _MIN_AREA):
+        key = (*rounded[k], labels[k])
+        groups.setdefault(key, []).append(visible[k])
+        first.setdefault(key, planes[k])
     patches = []
     for key, pieces in groups.items():
         # Snapping to a fine grid closes the cracks of rounding between flush neighbours.
         joined = shapely.union_all(pieces, grid_size=1e-7)
         for polygon in shapely.get_parts(joined):
             if isinstance(polygon, shapely.Polygon) and polygon.area > _MIN_AREA:
-                patches.append(SurfacePatch(polygon, *planes[key], key[-1]))
+                patches.append(SurfacePatch(polygon, *first[key], key[-1]))
     return tuple(patches)
 
 
+def _polygons(faces: list[np.ndarray]) -> np.ndarray:
+    """The projections of ``faces`` on xy as an array of polygons."""
+    owners = np.repeat(np.arange(len(faces)), [len(face) for face in faces])
+    return shapely.polygons(shapely.linearrings(np.concatenate(faces)[:, :2], indices=owners))
+
+
+def _hidden_parts(elements: tuple[Element, ...], outlines: np.ndarray, planes: list[tuple[np.ndarray, float]]) -> np.ndarray:
+    """What other elements hide of faces with these ``outlines`` and ``planes``: an array of geometries, empty ones too."""
+    solids = [solid for element in elements for solid in _solids(element)]
+    low = np.array([corners.min(axis=0) for corners, _ in solids])
+    high = np.array([corners.max(axis=0) for corners, _ in solids])
+    face, solid = shapely.STRtree(shapely.box(*low[:, :2].T, *high[:, :2].T)).query(outlines)
+    # Most neighbours do not reach above the plane; their bounds tell it for all of them at once.
+    normal, offset = np.array([plane[0] for plane in planes])[face], np.array([plane[1] for plane in planes])[face]
+    top = (np.where(normal > 0.0, high[solid], low[solid]) * normal).sum(axis=1) - offset
+    reaches = top > 0.5 * _FLUSH * normal[:, 2]
+    pairs = zip(face[reaches].tolist(), solid[reaches].tolist(), strict=True)
+    above = [(k, _points_above(*solids[s], *planes[k])) for k, s in pairs]
+    above = [(k, points) for k, points in above if len(points) > 0]
+    hidden = np.full(len(outlines), shapely.union_all([]))
+    for k, shadows in _shadows(above).items():
+        hidden[k] = shapely.union_all(shadows)
+    return hidden
+
+
+def _shadows(above: list[tuple[int, np.ndarray]]) -> dict[int, list[shapely.Geometry]]:
+    """Convex hulls of the ``above`` sets of points (n, 2), by the key that each of them comes with."""
+    if not above:
+        return {}
+    owners = np.repeat(np.arange(len(above)), [len(points) for _, points in above])
+    points = shapely.points(np.concatenate([points for _, points in above]))
+    hulls = shapely.convex_hull(shapely.multipoints(points, indices=owners))
+    shadows: dict[int, list[shapely.Geometry]] = {}
+    for i in np.flatnonzero(shapely.area(hulls) > _MIN_AREA):
+        shadows.setdefault(above[i][0], []).append(hulls[i])
+    return shadows
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The cross products of vectors (..., 3); for a few of them NumPy's takes ten times as long."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=-1)
+
+
 def _plane(corners: np.ndarray) -> tuple[np.ndarray, float]:
-    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    normal = _cross(corners[1] - corners[0], corners[2] - corners[0])
     normal = normal / np.linalg.norm(normal)
     return normal, float(normal @ corners.mean(axis=0))
 
 
-def _shadow_above(corners: np.ndarray, edges: np.ndarray, normal: np.ndarray, offset: float) -> shapely.Geometry | None:
-    """Projection on xy of the part of a convex solid above a plane, None if there is none."""
+def _points_above(corners: np.ndarray, edges: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
+    """Corners of the part of a convex solid above a plane, projected on xy, (n, 2); none where it does not rise above it."""
     above = (corners @ normal - offset) / normal[2]
     if above.max() < _FLUSH:
-        return None
-    points = [corners[above >= 0]]
+        return np.zeros((0, 2))
     start, end = edges.T
-    crossing = np.flatnonzero((above[start] < 0) != (above[end] < 0))
+    below = above < 0
+    crossing = np.flatnonzero(below[start] != below[end])
     start, end = start[crossing], end[crossing]
     fraction = above[start] / (above[start] - above[end])
-    points.append(corners[start] + fraction[:, None] * (corners[end] - corners[start]))
-    hull = shapely.MultiPoint(np.concatenate(points)[:, :2]).convex_hull
-    return hull if hull.area > _MIN_AREA else None
+    middle = corners[start] + fraction[:, None] * (corners[end] - corners[start])
+    return np.concatenate((corners[above >= 0], middle))[:, :2]
 
 
 def _upward_faces(element: Element) -> list[np.ndarray]:
     """Flat faces that look upwards: corners in W, (k, 3), counter-clockwise from above."""
     if isinstance(element, Box):
-        corners = element.corners()
-        faces = [corners[face] for face in BOX_FACES]
+        faces = element.corners()[BOX_FACES]
     elif isinstance(element, Cylinder):
         bottom, top = _rings(element)
-        faces = [top, bottom[::-1]]
+        faces = np.stack((top, bottom[::-1]))
     else:
         # Triangles count whichever way they wind: seen from above a surface is a surface.
-        faces = list(element.corners()[element.triangles])
-        faces += [face[::-1] for face in faces]
-    return [face for face in faces if _area_vector(face)[2] > max(_MIN_AREA, 1e-3 * np.linalg.norm(_area_vector(face)))]
-
-
-def _area_vector(face: np.ndarray) -> np.ndarray:
-    return 0.5 * np.cross(face[1:-1] - face[0], face[2:] - face[0]).sum(axis=0)
+        triangles = element.corners()[element.triangles]
+        faces = np.concatenate((triangles, triangles[:, ::-1]))
+    areas = 0.5 * _cross(faces[:, 1:-1] - faces[:, :1], faces[:, 2:] - faces[:, :1]).sum(axis=1)
+    upward = areas[:, 2] > np.maximum(_MIN_AREA, 1e-3 * np.linalg.norm(areas, axis=1))
+    return list(faces[upward])
 
 
 def _solids(element: Element) -> list[tuple[np.ndarray, np.ndarray]]:
     """Convex pieces: corners in W (n, 3) and edges between them (m, 2)."""
     if isinstance(element, Box):
-        edges = [(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit]
-        return [(element.corners(), np.array(edges))]
+        return [(element.corners(), _BOX_EDGES)]
     if isinstance(element, Cylinder):
         i = np.arange(_SIDES)
         around = np.column_stack((i, (i + 1) % _SIDES))

@@ -4,6 +4,7 @@ Frames: W world (z up, against gravity), E of an element (its centre and axes).
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -23,6 +24,8 @@ GOAL_TOLERANCE = 0.30
 """A robot whose base is this close to the goal, in xy, has reached it, unless a trial says otherwise [m]."""
 MAX_ELEMENTS = 5000
 """Elements in a terrain, where each triangle of a mesh counts as one."""
+_SIGNS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1], indexing="ij")).reshape(3, -1).T
+"""Of the coordinates of a box's corners, (8, 3)."""
 
 
 def pose(xyz=(0.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.0)) -> np.ndarray:
@@ -92,8 +95,7 @@ class Box(Element):
         super().__post_init__()
 
     def corners(self) -> np.ndarray:
-        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1], indexing="ij")).reshape(3, -1).T
-        return self._to_world(0.5 * signs * self.size)
+        return self._to_world(0.5 * _SIGNS * self.size)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -114,8 +116,7 @@ class Cylinder(Element):
         axis = self.X_WE[:3, 2]
         # Extent of a disc with unit normal `axis` along each world axis, plus that of the axis itself.
         half = self.radius * np.sqrt(np.clip(1 - axis**2, 0, None)) + 0.5 * self.length * np.abs(axis)
-        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1], indexing="ij")).reshape(3, -1).T
-        return self.X_WE[:3, 3] + signs * half
+        return self.X_WE[:3, 3] + _SIGNS * half
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -178,10 +179,16 @@ class Terrain(ImmutableValue):
             )
         super().__post_init__()
 
+    @cached_property
+    def element_bounds(self) -> np.ndarray:
+        """Lowest and highest x, y, z in W [m] of a box around each element, (n, 2, 3)."""
+        bounds = np.array([element.bounds() for element in self.elements])
+        bounds.flags.writeable = False
+        return bounds
+
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest x, y, z [m] of all elements."""
-        lows, highs = zip(*(element.bounds() for element in self.elements), strict=True)
-        return np.min(lows, axis=0), np.max(highs, axis=0)
+        return self.element_bounds[:, 0].min(axis=0), self.element_bounds[:, 1].max(axis=0)
 
 
 def _check_size(element: Element, key: str, value):

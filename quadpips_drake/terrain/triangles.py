@@ -47,8 +47,8 @@ def in_memory_mesh(vertices: np.ndarray, triangles: np.ndarray) -> InMemoryMesh:
     corners = vertices[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-15)
-    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices.tolist()]
     # Drake's renderer insists on normals: one per triangle, which also keeps edges sharp.
-    lines += [f"vn {x:.6g} {y:.6g} {z:.6g}" for x, y, z in normals]
-    lines += [f"f {a}//{k} {b}//{k} {c}//{k}" for k, (a, b, c) in enumerate(np.asarray(triangles) + 1, start=1)]
+    lines += [f"vn {x:.6g} {y:.6g} {z:.6g}" for x, y, z in normals.tolist()]
+    lines += [f"f {a}//{k} {b}//{k} {c}//{k}" for k, (a, b, c) in enumerate((np.asarray(triangles) + 1).tolist(), start=1)]
     return InMemoryMesh(mesh_file=MemoryFile("\n".join(lines) + "\n", ".obj", "triangles.obj"))

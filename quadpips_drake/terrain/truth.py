@@ -1,6 +1,7 @@
 """Exact answers about the terrain: height, normal, element and distance to an edge at any x, y."""
 
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -18,8 +19,7 @@ class GroundTruth:
 
     def __init__(self, terrain: Terrain):
         self.terrain = terrain
-        self._all = ElementArrays(terrain.elements)
-        self._walkable = ElementArrays(terrain.elements, keep=[element.is_walkable for element in terrain.elements])
+        self._surfaces = _surfaces.get(terrain) or _surfaces.setdefault(terrain, _Surfaces(terrain))
 
     def height(self, x, y, *, walkable_only: bool = False) -> np.ndarray:
         """Height of the surface [m]; NaN where nothing is."""
@@ -35,8 +35,7 @@ class GroundTruth:
 
     def label(self, x, y) -> np.ndarray:
         """Steppability of the element on top, uint8; 0 (unknown) where nothing is."""
-        labels = np.array([element.label for element in self.terrain.elements] + [0], np.uint8)
-        return labels[self.element(x, y)]
+        return self._surfaces.labels[self.element(x, y)]
 
     def distance_to_edge(self, x, y) -> np.ndarray:
         """Distance [m] within the plane of the surface to the nearest edge of its visible flat patch; NaN where nothing is.
@@ -46,7 +45,7 @@ class GroundTruth:
         """
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         heights = self.height(x, y)
-        distance = self._patches.distance_to_edge(np.column_stack((x.ravel(), y.ravel())), heights.ravel())
+        distance = self._surfaces.index.distance_to_edge(np.column_stack((x.ravel(), y.ravel())), heights.ravel())
         return np.where(np.isnan(heights), np.nan, distance.reshape(x.shape))[()]
 
     def nearest_walkable_height(self, x, y) -> np.ndarray:
@@ -59,23 +58,43 @@ class GroundTruth:
         missing = np.isnan(heights)
         if missing.any():
             points = np.column_stack((x.ravel(), y.ravel()))[missing]
-            heights[missing] = self._walkable_patches.nearest_height(points)
+            heights[missing] = self._surfaces.walkable_index.nearest_height(points)
         return heights.reshape(x.shape)[()]
 
-    @cached_property
+    @property
     def patches(self) -> tuple:
         """The flat visible pieces of the surface (SurfacePatch), of all labels."""
-        return visible_patches(self.terrain.elements)
-
-    @cached_property
-    def _patches(self) -> PatchIndex:
-        return PatchIndex(self.patches)
-
-    @cached_property
-    def _walkable_patches(self) -> PatchIndex:
-        return PatchIndex(tuple(patch for patch in self.patches if patch.is_walkable))
+        return self._surfaces.patches
 
     def _cast(self, x, y, walkable_only: bool):
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-        heights, elements, normals = cast_down(x.ravel(), y.ravel(), self._walkable if walkable_only else self._all)
+        arrays = self._surfaces.walkable if walkable_only else self._surfaces.all
+        heights, elements, normals = cast_down(x.ravel(), y.ravel(), arrays)
         return heights.reshape(x.shape)[()], elements.reshape(x.shape)[()], normals.reshape((*x.shape, 3))
+
+
+class _Surfaces:
+    """What has been worked out about a terrain's surfaces so far, for all who ask about it."""
+
+    def __init__(self, terrain: Terrain):
+        self._elements = terrain.elements
+        self.labels = np.array([element.label for element in terrain.elements] + [0], np.uint8)
+        """Of each element, and at last that of nothing."""
+        self.all = ElementArrays(terrain)
+        self.walkable = ElementArrays(terrain, keep=[element.is_walkable for element in terrain.elements])
+
+    @cached_property
+    def patches(self) -> tuple:
+        return visible_patches(self._elements)
+
+    @cached_property
+    def index(self) -> PatchIndex:
+        return PatchIndex(self.patches)
+
+    @cached_property
+    def walkable_index(self) -> PatchIndex:
+        return PatchIndex(tuple(patch for patch in self.patches if patch.is_walkable))
+
+
+_surfaces: WeakKeyDictionary[Terrain, _Surfaces] = WeakKeyDictionary()
+"""Of terrains in use. A terrain never changes; what is known of it goes with it."""
