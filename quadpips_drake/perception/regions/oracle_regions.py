@@ -46,11 +46,12 @@ def regions_from_terrain(terrain: Terrain, foot_radius: float, config: OracleReg
     return tuple(regions)
 
 
-def nearby_regions(regions: tuple[PlanarRegion, ...], p_WB: np.ndarray, radius: float) -> tuple[PlanarRegion, ...]:
-    """Returns the ``regions`` whose centres are within ``radius`` [m] of ``p_WB`` in the horizontal plane."""
+def nearby_regions(
+    regions: tuple[PlanarRegion, ...], centers: np.ndarray, p_WB: np.ndarray, radius: float
+) -> tuple[PlanarRegion, ...]:
+    """Returns the ``regions`` whose ``centers`` (n, 3) are within ``radius`` [m] of ``p_WB`` in the horizontal plane."""
     if not regions or not np.all(np.isfinite(p_WB)):
         return ()
-    centers = np.array([region.center for region in regions])
     near = np.hypot(centers[:, 0] - p_WB[0], centers[:, 1] - p_WB[1]) <= radius
     return tuple(regions[k] for k in np.flatnonzero(near))
 

@@ -38,9 +38,10 @@ def test_what_must_not_be_stepped_on_gives_no_region():
 
 def test_only_nearby_regions_are_known():
     regions = regions_from_terrain(load_terrain("flat"), FOOT_RADIUS, OracleRegionConfig(cell=0.5))
-    near = nearby_regions(regions, np.array([1.0, 0.2, 0.5]), 1.5)
+    centers = np.array([region.center for region in regions])
+    near = nearby_regions(regions, centers, np.array([1.0, 0.2, 0.5]), 1.5)
     assert 0 < len(near) < len(regions)
     assert all(np.hypot(*(region.center[:2] - [1.0, 0.2])) <= 1.5 for region in near)
-    assert nearby_regions(regions, np.array([np.nan, 0, 0]), 1.5) == ()
+    assert nearby_regions(regions, centers, np.array([np.nan, 0, 0]), 1.5) == ()
     with pytest.raises(UserInputError):
         OracleRegionConfig(cell=0.0)
