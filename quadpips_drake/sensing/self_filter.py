@@ -55,7 +55,7 @@ def find_own_body(
     return mask
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _mark_shapes(depth, mask, pinhole, R_GC, p_CG, kind, half_size, rounding, margins):
     """Sets ``mask`` where a pixel's point is within the margin of any shape."""
     margin, growth = margins
@@ -69,7 +69,7 @@ def _mark_shapes(depth, mask, pinhole, R_GC, p_CG, kind, half_size, rounding, ma
         _mark_window(depth, mask, window, pinhole, R_GC[i], p_CG[i], shape, margins)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _covered_window(R_GC, p_CG, extent, pinhole, image_shape):
     """Returns first and past-the-last row and column of the pixels behind which a box of half ``extent`` can lie.
 
@@ -105,7 +105,7 @@ def _covered_window(R_GC, p_CG, extent, pinhole, image_shape):
     return int(top), int(np.ceil(bottom)), int(left), int(np.ceil(right))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _mark_window(depth, mask, window, pinhole, R_GC, p_CG, shape, margins):
     """Sets ``mask`` for the pixels in ``window`` whose points are within the margin of one shape."""
     fx, fy, cx, cy = pinhole

@@ -67,8 +67,6 @@ class EgocanImage(ImmutableValue):
     """Time of the newest depth image in it [s]."""
     X_WE: np.ndarray
     """Pose of E in the world at that time, (4, 4)."""
-    cylinder_range: np.ndarray
-    """Horizontal range [m], float32 (h_cyl, w_cyl); NaN where unknown."""
     cap_height: np.ndarray
     """Depth below E along gravity, |y| [m], float32 (h_cap, w_cap); NaN where unknown."""
     cap_normals: np.ndarray
@@ -81,10 +79,23 @@ class EgocanImage(ImmutableValue):
     cap_pixel: float = 0.0
     """Side of a pixel [m] of a cap that is drawn straight down (parallel projection): u = x/cap_pixel + w_cap/2, v likewise
     with z. 0: central projection with ``cap_focal``."""
-    cylinder_normals: np.ndarray | None = None
-    """Unit normals in E, float32 (h_cyl, w_cyl, 3); NaN where unknown."""
-    cylinder_labels: np.ndarray | None = None
-    """Steppability, uint8 (h_cyl, w_cyl)."""
+    cylinder_points_W: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 3), np.float32))
+    """The point that each pixel of the cylinder holds, in W [m], float32 (h_cyl, w_cyl, 3); NaN where unknown."""
+    cylinder_normals_W: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 3), np.float32))
+    """Their unit normals, in W, float32 (h_cyl, w_cyl, 3); NaN where unknown."""
+    cylinder_labels: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), np.uint8))
+    """Their steppability, uint8 (h_cyl, w_cyl)."""
+
+    @property
+    def cylinder_range(self) -> np.ndarray:
+        """Horizontal range of the points from E [m], float32 (h_cyl, w_cyl); NaN where unknown. Computed when it is read."""
+        p_E = (self.cylinder_points_W - self.X_WE[:3, 3].astype(np.float32)) @ self.X_WE[:3, :3].astype(np.float32)
+        return np.hypot(p_E[..., 0], p_E[..., 2])
+
+    @property
+    def cylinder_normals(self) -> np.ndarray:
+        """Unit normals in E, float32 (h_cyl, w_cyl, 3); NaN where unknown. Computed when it is read."""
+        return self.cylinder_normals_W @ self.X_WE[:3, :3].astype(np.float32)
 
     @property
     def cap_rays(self) -> np.ndarray:
@@ -97,13 +108,10 @@ class EgocanImage(ImmutableValue):
         return EgocanImage(
             stamp=-np.inf,
             X_WE=np.eye(4),
-            cylinder_range=np.zeros((0, 0), np.float32),
             cap_height=np.zeros((0, 0), np.float32),
             cap_normals=np.zeros((0, 0, 3), np.float32),
             cap_labels=np.zeros((0, 0), np.uint8),
             cap_focal=1.0,
-            cylinder_normals=np.zeros((0, 0, 3), np.float32),
-            cylinder_labels=np.zeros((0, 0), np.uint8),
         )
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from quadpips_drake.perception.egocan.egocan import begin_memory, draw_egocan, update_memory
-from quadpips_drake.perception.normals.normals import clean_depth, estimate_normals
+from quadpips_drake.perception.normals.normals import measure_surface
 from quadpips_drake.perception.regions.region_extraction import extract_regions
 from quadpips_drake.perception.superpixels.superpixels import segment_superpixels
 from quadpips_drake.values.images import AffordanceImage
@@ -105,11 +105,9 @@ def walking_poses(distance, speed=0.3, rate=30.0, height=0.5, bob=0.02, pitch=0.
 
 def affordance(depth, X_WC, stamp, config, intrinsics, labels=None):
     """Returns the affordance image of a depth image, as NormalEstimator makes it."""
-    cleaned = clean_depth(depth, config.normals)
-    normals = estimate_normals(cleaned, intrinsics, config.normals)
-    cleaned[depth > config.normals.max_range] = np.inf
+    surface, normals = measure_surface(depth, intrinsics, config.normals)
     labels = np.zeros(depth.shape, np.uint8) if labels is None else labels
-    return AffordanceImage(stamp, X_WC, intrinsics, cleaned, normals, labels)
+    return AffordanceImage(stamp, X_WC, intrinsics, surface, normals, labels)
 
 
 def base_pose(x=0.0, y=0.0, height=0.5, yaw=0.0):

@@ -177,10 +177,11 @@ def _update_cylinder(memory: EgocanMemory, images: list[AffordanceImage], X_WE: 
     ranges = np.full(shape, np.inf, np.float32)
     canvas = (X_WE, config.v_fov, ranges, points, normals, labels)
     cameras = [pack_camera(image.X_WC, image.intrinsics) for image in images]
-    kept = np.array(memory.cylinder_points)
+    old = (memory.cylinder_points, memory.cylinder_normals, memory.cylinder_labels)
+    kept = kernels.known_pixels(memory.cylinder_points)
     for image, camera in zip(images, cameras, strict=True):
-        kernels.drop_disproved(kept, image.depth, camera, config.ground.see_through)
-    kernels.move_cylinder(kept, memory.cylinder_normals, memory.cylinder_labels, *canvas)
+        kept = kernels.still_believed(kept, memory.cylinder_points, image.depth, camera, config.ground.see_through)
+    kernels.move_cylinder(kept, *old, *canvas)
     for image, camera in zip(images, cameras, strict=True):
         kernels.add_to_cylinder(image.depth, image.normals, image.labels, camera, config.cylinder_stride, *canvas)
     return points, normals, labels
@@ -188,28 +189,27 @@ def _update_cylinder(memory: EgocanMemory, images: list[AffordanceImage], X_WE: 
 
 def draw_egocan(memory: EgocanMemory, config: EgocanConfig) -> EgocanImage:
     """Returns the images of cylinder and floor cap as seen from the newest pose in ``memory``."""
-    size = config.cap_size
-    height = np.full((size, size), np.inf, np.float32)
-    normals = np.full((size, size, 3), np.nan, np.float32)
-    labels = np.zeros((size, size), np.uint8)
-    ground = memory.ground
-    cells = (ground.trusted_height(config.ground), ground.normal, ground.label, ground.first_cell, config.ground.cell)
+    size, ground = config.cap_size, memory.ground
+    height, labels = np.empty((size, size), np.float32), np.empty((size, size), np.uint8)
+    normals = np.empty((size, size, 3), np.float32)
     if config.cap_pixel > 0:
-        draw_parallel_cap(*cells, memory.X_WE, config.cap_focal, config.cap_pixel, height, normals, labels)
+        cells = (ground.height, ground.normal, ground.label, ground.count, ground.missed)
+        where = (config.ground.trusted_share, ground.first_cell, config.ground.cell, memory.X_WE)
+        draw_parallel_cap(cells, *where, config.cap_focal, config.cap_pixel, height, normals, labels)
     else:
+        height[:], normals[:], labels[:] = np.inf, np.nan, 0
+        cells = (ground.trusted_height(config.ground), ground.normal, ground.label, ground.first_cell, config.ground.cell)
         kernels.draw_cap(*cells, memory.X_WE, config.cap_focal, height, normals, labels)
-    height[~np.isfinite(height)] = np.nan
-    R_WE = memory.X_WE[:3, :3].astype(np.float32)
-    p_E = (memory.cylinder_points - memory.X_WE[:3, 3].astype(np.float32)) @ R_WE
+        height[~np.isfinite(height)] = np.nan
     return EgocanImage(
         stamp=memory.stamp,
         X_WE=memory.X_WE,
-        cylinder_range=np.hypot(p_E[..., 0], p_E[..., 2]),
         cap_height=height,
         cap_normals=normals,
         cap_labels=labels,
         cap_focal=config.cap_focal,
         cap_pixel=config.cap_pixel,
-        cylinder_normals=memory.cylinder_normals @ R_WE,
+        cylinder_points_W=memory.cylinder_points,
+        cylinder_normals_W=memory.cylinder_normals,
         cylinder_labels=memory.cylinder_labels,
     )

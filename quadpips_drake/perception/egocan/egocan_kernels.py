@@ -5,8 +5,13 @@ from numba import njit
 
 from quadpips_drake.perception.egocan.view_kernels import sees_through
 
+NEAREST = 0.05
+"""Points closer to the axis of the cylinder than this are not on it [m]."""
+BORDER = 1e-9
+"""Points closer to the border of a column than this are given to it by their angle [rad]."""
 
-@njit(cache=True)
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def draw_cap(ground_height, ground_normal, ground_label, first_cell, cell_size, X_WE, focal, height, normals, labels):
     """Draws the remembered cells onto the floor cap (equation 4); the highest surface on each ray wins.
 
@@ -59,64 +64,121 @@ def draw_cap(ground_height, ground_normal, ground_label, first_cell, cell_size, 
                         labels[row, column] = ground_label[i, j]
 
 
-@njit(cache=True, inline="always")
-def _onto_cylinder(x, y, z, n0, n1, n2, label, X_WE, v_fov, ranges, points, normals, labels):
-    """Puts a point of W onto the cylinder if it belongs there and nothing nearer is in its pixel."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def known_pixels(points):
+    """Returns the flat indices of the pixels of a cylinder that hold a point, (n,); ``points`` (h_cyl, w_cyl, 3)."""
+    flat = points.reshape(-1, 3)
+    known = np.empty(len(flat), np.int64)
+    size = 0
+    for k in range(len(flat)):
+        if flat[k, 0] == flat[k, 0]:
+            known[size] = k
+            size += 1
+    return known[:size]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def still_believed(chosen, points, depth, camera, margin):
+    """Returns those of the ``chosen`` flat indices whose points, (h_cyl, w_cyl, 3) in W, the camera does not see through."""
+    flat = points.reshape(-1, 3)
+    kept = np.empty(len(chosen), np.int64)
+    size = 0
+    for k in chosen:
+        if not sees_through(flat[k, 0], flat[k, 1], flat[k, 2], depth, camera, margin):
+            kept[size] = k
+            size += 1
+    return kept[:size]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _column_of(x, z, columns):
+    """Returns the column of the cylinder in whose direction (x, z) of E lies (equation 1)."""
+    return int(np.arctan2(x, z) * columns / (2 * np.pi) + 0.5 * columns) % columns
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _row_of(down, rho, rows, v_fov):
+    """Returns the row of the cylinder at which a point ``down`` below E at the range ``rho`` lies, or one out of it."""
+    return int(down / rho * rows / v_fov + 0.5 * rows)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def move_cylinder(chosen, old_points, old_normals, old_labels, X_WE, v_fov, ranges, points, normals, labels):
+    """Carries the old points of the ``chosen`` pixels (flat indices) over to the new pose (equation 3)."""
     rows, columns = ranges.shape
-    dx, dy = x - X_WE[0, 3], y - X_WE[1, 3]
-    down = X_WE[2, 3] - z
-    x_E = X_WE[0, 0] * dx + X_WE[1, 0] * dy
-    z_E = X_WE[0, 2] * dx + X_WE[1, 2] * dy
-    rho = np.sqrt(x_E * x_E + z_E * z_E)
-    if not rho > 0.05 or abs(down) >= 0.5 * v_fov * rho:
-        return
-    u = int(np.arctan2(x_E, z_E) * columns / (2 * np.pi) + 0.5 * columns) % columns
-    v = int(down / rho * rows / v_fov + 0.5 * rows)
-    if v < 0 or v >= rows or rho >= ranges[v, u]:
-        return
-    ranges[v, u] = rho
-    points[v, u, 0], points[v, u, 1], points[v, u, 2] = x, y, z
-    normals[v, u, 0], normals[v, u, 1], normals[v, u, 2] = n0, n1, n2
-    labels[v, u] = label
+    flat_points, flat_normals, flat_labels = old_points.reshape(-1, 3), old_normals.reshape(-1, 3), old_labels.ravel()
+    for k in chosen:
+        dx, dy = flat_points[k, 0] - X_WE[0, 3], flat_points[k, 1] - X_WE[1, 3]
+        down = X_WE[2, 3] - flat_points[k, 2]
+        x_E, z_E = X_WE[0, 0] * dx + X_WE[1, 0] * dy, X_WE[0, 2] * dx + X_WE[1, 2] * dy
+        rho = np.sqrt(x_E * x_E + z_E * z_E)
+        if not rho > NEAREST or abs(down) >= 0.5 * v_fov * rho:
+            continue
+        u, v = _column_of(x_E, z_E, columns), _row_of(down, rho, rows, v_fov)
+        if v < 0 or v >= rows or rho >= ranges[v, u]:
+            continue
+        ranges[v, u] = rho
+        points[v, u] = flat_points[k]
+        normals[v, u] = flat_normals[k]
+        labels[v, u] = flat_labels[k]
 
 
-@njit(cache=True)
-def drop_disproved(points, depth, camera, margin):
-    """Makes those points (h_cyl, w_cyl, 3) of W unknown through which the camera now sees."""
-    for v in range(points.shape[0]):
-        for u in range(points.shape[1]):
-            x, y, z = points[v, u, 0], points[v, u, 1], points[v, u, 2]
-            if x == x and sees_through(x, y, z, depth, camera, margin):
-                points[v, u, :] = np.nan
+@njit(cache=True, nogil=True, error_model="numpy")
+def _cylinder_row(depth, a, b, camera, X_WE, v_fov, x_E, z_E, down, rho):
+    """Writes where the points of one image row lie in E: x, z, how far below it, and the range, 0 if not on the cylinder.
+
+    ``a``: x/z of the pixels; ``b``: y/z of the row. Free of branches, so that the compiler can handle many points at once.
+    """
+    R, p, _ = camera
+    r00, r01, r02, r10, r11, r12 = R[0, 0], R[0, 1], R[0, 2], R[1, 0], R[1, 1], R[1, 2]
+    r20, r21, r22 = R[2, 0], R[2, 1], R[2, 2]
+    p0, p1, p2, e0, e1, e2 = p[0], p[1], p[2], X_WE[0, 3], X_WE[1, 3], X_WE[2, 3]
+    x00, x10, x02, x12 = X_WE[0, 0], X_WE[1, 0], X_WE[0, 2], X_WE[1, 2]
+    for k in range(depth.shape[0]):
+        d = depth[k]
+        dx = p0 + d * (r00 * a[k] + r01 * b + r02) - e0
+        dy = p1 + d * (r10 * a[k] + r11 * b + r12) - e1
+        below = e2 - (p2 + d * (r20 * a[k] + r21 * b + r22))
+        x, z = x00 * dx + x10 * dy, x02 * dx + x12 * dy
+        far = np.sqrt(x * x + z * z)
+        on_cylinder = (d < np.inf) & (far > NEAREST) & (abs(below) < 0.5 * v_fov * far)
+        x_E[k], z_E[k], down[k] = x, z, below
+        rho[k] = far if on_cylinder else 0.0
 
 
-@njit(cache=True)
-def move_cylinder(old_points, old_normals, old_labels, X_WE, v_fov, ranges, points, normals, labels):
-    """Carries the old points over to the new pose (equation 3)."""
-    for v in range(old_points.shape[0]):
-        for u in range(old_points.shape[1]):
-            x, y, z = old_points[v, u, 0], old_points[v, u, 1], old_points[v, u, 2]
-            if x == x:
-                n = old_normals[v, u]
-                _onto_cylinder(x, y, z, n[0], n[1], n[2], old_labels[v, u], X_WE, v_fov, ranges, points, normals, labels)
-
-
-@njit(cache=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def add_to_cylinder(depth, image_normals, image_labels, camera, stride, X_WE, v_fov, ranges, points, normals, labels):
-    """Puts the points of an image onto the cylinder (equations 1 and 2)."""
+    """Puts the points of an image onto the cylinder (equations 1 and 2).
+
+    Neighbouring points mostly lie in one column, so a point is first held against the two borders of the last one's column:
+    the arc tangent takes longer than all the rest.
+    """
     R, p, focal = camera
+    rows, columns = ranges.shape
+    size = (depth.shape[1] + stride - 1) // stride
+    x_E, z_E, down, rho = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    sampled, a = np.empty(size, np.float32), (np.arange(size) * stride - focal[2]) / focal[0]
+    border = (np.arange(columns + 1) - 0.5 * columns) * (2 * np.pi / columns)
+    s, c = np.sin(border), np.cos(border)
+    column = 0
     for v in range(0, depth.shape[0], stride):
         b = (v - focal[3]) / focal[1]
-        for u in range(0, depth.shape[1], stride):
-            d = depth[v, u]
-            if not d < np.inf:
+        for k in range(size):
+            sampled[k] = depth[v, k * stride]
+        _cylinder_row(sampled, a, b, camera, X_WE, v_fov, x_E, z_E, down, rho)
+        for k in range(size):
+            if rho[k] == 0.0:
                 continue
-            a = (u - focal[2]) / focal[0]
-            x = p[0] + d * (R[0, 0] * a + R[0, 1] * b + R[0, 2])
-            y = p[1] + d * (R[1, 0] * a + R[1, 1] * b + R[1, 2])
-            z = p[2] + d * (R[2, 0] * a + R[2, 1] * b + R[2, 2])
+            x, z, least = x_E[k], z_E[k], BORDER * rho[k]
+            if not (x * c[column] - z * s[column] > least and z * s[column + 1] - x * c[column + 1] > least):
+                column = _column_of(x, z, columns)
+            row = _row_of(down[k], rho[k], rows, v_fov)
+            if row < 0 or row >= rows or rho[k] >= ranges[row, column]:
+                continue
+            u = k * stride
             m0, m1, m2 = image_normals[v, u, 0], image_normals[v, u, 1], image_normals[v, u, 2]
-            n0 = R[0, 0] * m0 + R[0, 1] * m1 + R[0, 2] * m2
-            n1 = R[1, 0] * m0 + R[1, 1] * m1 + R[1, 2] * m2
-            n2 = R[2, 0] * m0 + R[2, 1] * m1 + R[2, 2] * m2
-            _onto_cylinder(x, y, z, n0, n1, n2, image_labels[v, u], X_WE, v_fov, ranges, points, normals, labels)
+            ranges[row, column] = rho[k]
+            for i in range(3):
+                points[row, column, i] = p[i] + sampled[k] * (R[i, 0] * a[k] + R[i, 1] * b + R[i, 2])
+                normals[row, column, i] = R[i, 0] * m0 + R[i, 1] * m1 + R[i, 2] * m2
+            labels[row, column] = image_labels[v, u]

@@ -105,15 +105,20 @@ def _scrolled(memory: GroundMemory, p_WC: np.ndarray, config: GroundMemoryConfig
     n = config.cells
     first_cell = np.floor(p_WC[:2] / config.cell).astype(np.int64) - n // 2
     shift = first_cell - memory.first_cell
-    fields = [first_cell]
-    for name in _FIELDS:
-        old = getattr(memory, name)
-        fresh = np.full(old.shape, np.nan if old.dtype == np.float32 else 0, old.dtype)
-        if np.all(np.abs(shift) < n):
-            kept = tuple(slice(max(s, 0), n + min(s, 0)) for s in shift)
-            fresh[tuple(slice(max(-s, 0), n + min(-s, 0)) for s in shift)] = old[kept]
-        fields.append(fresh)
-    return fields
+    return [first_cell, *(_shifted(getattr(memory, name), *shift.tolist()) for name in _FIELDS)]
+
+
+def _shifted(old: np.ndarray, down: int, right: int) -> np.ndarray:
+    """Returns a fresh array whose element (i, j) is ``old``'s (i + down, j + right); unknown where ``old`` has none."""
+    n, nothing = len(old), np.nan if old.dtype == np.float32 else 0
+    if max(abs(down), abs(right)) >= n:
+        return np.full(old.shape, nothing, old.dtype)
+    fresh = np.empty(old.shape, old.dtype)
+    top, bottom, left, end = max(-down, 0), n - max(down, 0), max(-right, 0), n - max(right, 0)
+    fresh[top:bottom, left:end] = old[top + down : bottom + down, left + right : end + right]
+    fresh[:top], fresh[bottom:] = nothing, nothing
+    fresh[:, :left], fresh[:, end:] = nothing, nothing
+    return fresh
 
 
 def measure_ground(

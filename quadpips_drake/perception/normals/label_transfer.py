@@ -34,7 +34,7 @@ def transfer_labels(depth: np.ndarray, X_WC: np.ndarray, intrinsics: CameraIntri
     X_LC = np.linalg.inv(labelled.X_WC) @ X_WC
     if not np.isfinite(X_LC).all() or labelled.depth.shape != depth.shape:
         return np.full(depth.shape, Steppability.UNKNOWN, np.uint8)
-    result = np.zeros(depth.shape, np.uint8)
+    result = np.empty(depth.shape, np.uint8)
     k = intrinsics
     camera = np.array([k.fx, k.fy, k.cx, k.cy], np.float32)
     _transfer(
@@ -48,31 +48,49 @@ def transfer_labels(depth: np.ndarray, X_WC: np.ndarray, intrinsics: CameraIntri
     return result
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _project(depth, b, X_LC, camera, rows, index, z_old):
+    """Writes where the points of one image row appear in the older image: pixel (flat index) and depth, NaN if nowhere.
+
+    ``b``: y/z of the row. ``rows``: of the older image. Free of branches, so that the compiler handles many columns at once.
+    """
+    fx, fy, cx, cy = camera
+    pitch_u = np.float32(1.0) / fx
+    (r00, r01, r02, p0), (r10, r11, r12, p1), (r20, r21, r22, p2) = X_LC[0], X_LC[1], X_LC[2]
+    half, nearest, farthest, nothing = np.float32(0.5), np.float32(1e-3), np.float32(1e3), np.float32(0.0)
+    width = np.int32(depth.shape[0])
+    right, bottom = np.float32(width), np.float32(rows)
+    for u in range(depth.shape[0]):
+        z = depth[u]
+        a = (np.float32(u) - cx) * pitch_u
+        z_there = z * (r20 * a + r21 * b + r22) + p2
+        inverse = np.float32(1.0) / z_there
+        column = (z * (r00 * a + r01 * b + r02) + p0) * inverse * fx + cx + half
+        row = (z * (r10 * a + r11 * b + r12) + p1) * inverse * fy + cy + half
+        seen = (z > 0) & (z < farthest) & (z_there > nearest)
+        seen &= (column >= 0) & (column < right) & (row >= 0) & (row < bottom)
+        column, row = column if seen else nothing, row if seen else nothing
+        index[u] = np.int32(row) * width + np.int32(column)
+        z_old[u] = z_there if seen else np.float32(np.nan)
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _look_up(index, z_old, old_depth, old_labels, result):
+    """Writes the labels of the older image's pixels ``index`` where its depth is ``z_old`` within the tolerance, else 0."""
+    tolerance, relative = np.float32(_TOLERANCE), np.float32(_RELATIVE_TOLERANCE)
+    for u in range(result.shape[0]):
+        i = np.uint32(index[u])
+        same = abs(old_depth[i] - z_old[u]) <= tolerance + relative * z_old[u]
+        result[u] = old_labels[i] if same else 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _transfer(depth, X_LC, camera, old_depth, old_labels, result):
     """Looks each point up in the older image; ``X_LC`` leads from the newer optical frame to the older one."""
-    height, width = depth.shape
-    fx, fy, cx, cy = camera
-    pitch_u, pitch_v = np.float32(1.0) / fx, np.float32(1.0) / fy
-    (r00, r01, r02, p0), (r10, r11, r12, p1), (r20, r21, r22, p2) = X_LC[0], X_LC[1], X_LC[2]
-    half, nearest, farthest = np.float32(0.5), np.float32(1e-3), np.float32(1e3)
-    tolerance, relative = np.float32(_TOLERANCE), np.float32(_RELATIVE_TOLERANCE)
-    right, bottom = np.float32(width), np.float32(height)
-    for v in range(height):
-        b = (np.float32(v) - cy) * pitch_v
-        for u in range(width):
-            z = depth[v, u]
-            if not ((z > 0) & (z < farthest)):
-                continue
-            a = (np.float32(u) - cx) * pitch_u
-            z_old = z * (r20 * a + r21 * b + r22) + p2
-            if z_old <= nearest:
-                continue
-            inverse = np.float32(1.0) / z_old
-            column = (z * (r00 * a + r01 * b + r02) + p0) * inverse * fx + cx + half
-            row = (z * (r10 * a + r11 * b + r12) + p1) * inverse * fy + cy + half
-            if not ((column >= 0) & (column < right) & (row >= 0) & (row < bottom)):
-                continue
-            i, j = np.int64(row), np.int64(column)
-            if abs(old_depth[i, j] - z_old) <= tolerance + relative * z_old:
-                result[v, u] = old_labels[i, j]
+    rows, columns = depth.shape
+    index, z_old = np.empty(columns, np.int32), np.empty(columns, np.float32)
+    flat_depth, flat_labels = old_depth.ravel(), old_labels.ravel()
+    pitch_v = np.float32(1.0) / camera[1]
+    for v in range(rows):
+        _project(depth[v], (np.float32(v) - camera[3]) * pitch_v, X_LC, camera, rows, index, z_old)
+        _look_up(index, z_old, flat_depth, flat_labels, result[v])

@@ -7,7 +7,7 @@ from pydrake.systems.sensors import ImageDepth32F
 
 from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.perception.normals.label_transfer import transfer_labels
-from quadpips_drake.perception.normals.normals import NormalConfig, clean_depth, estimate_normals
+from quadpips_drake.perception.normals.normals import NormalConfig, measure_surface
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.images import AffordanceImage, LabelImage
 from quadpips_drake.values.robot_state import RobotState
@@ -90,11 +90,9 @@ def make_affordance_image(
     X_WC = X_WB @ X_BC
     if depth.shape != shape:
         return replace(AffordanceImage.empty(), stamp=state.stamp, X_WC=X_WC)
-    cleaned = clean_depth(depth, config)
+    surface, normals = measure_surface(depth, intrinsics, config)
     if labelled is None:
         labels = np.full(shape, Steppability.UNKNOWN, np.uint8)
     else:
-        labels = transfer_labels(cleaned, X_WC, intrinsics, labelled)
-    with np.errstate(invalid="ignore"):
-        surface = np.where(depth > config.max_range, np.float32(np.inf), cleaned)
-    return AffordanceImage(state.stamp, X_WC, intrinsics, surface, estimate_normals(depth, intrinsics, config), labels)
+        labels = transfer_labels(surface, X_WC, intrinsics, labelled)
+    return AffordanceImage(state.stamp, X_WC, intrinsics, surface, normals, labels)

@@ -54,17 +54,14 @@ def extract_regions(superpixels: SuperpixelImage, foot_radius: float, config: Re
         np.ascontiguousarray(superpixels.X_WE[:3, :3].T @ np.array([1.0, 0.0, 0.0])),
     )
     frames, boundaries, boundary_sizes, insets, inset_sizes, clusters = found
-    regions = []
-    for k, cluster in enumerate(clusters):
-        regions.append(
-            PlanarRegion(
-                id=int(superpixels.ids[cluster]),
-                X_WR=superpixels.X_WE @ frames[k],
-                boundary=boundaries[k, : boundary_sizes[k]],
-                inset=insets[k, : inset_sizes[k]],
-                label=int(superpixels.labels[cluster]),
-            )
-        )
+    X_WR = superpixels.X_WE @ frames
+    for array in (X_WR, boundaries, insets):  # at once, instead of each region's part by itself
+        array.flags.writeable = False
+    ids, labels = superpixels.ids[clusters].tolist(), superpixels.labels[clusters].tolist()
+    regions = [
+        PlanarRegion(ids[k], X_WR[k], boundaries[k, :boundary_size], insets[k, :inset_size], labels[k])
+        for k, (boundary_size, inset_size) in enumerate(zip(boundary_sizes.tolist(), inset_sizes.tolist(), strict=True))
+    ]
     return RegionSet(stamp=superpixels.stamp, regions=tuple(regions))
 
 

@@ -35,7 +35,7 @@ EDGE_REACH = 8.0
 """Void points within this many half pixels of the one to cut off show the direction of its edge."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def plane_frame(normal, x_hint):
     """Returns the rotation (3, 3) whose z axis is ``normal`` and whose x axis is ``x_hint`` brought into the plane."""
     x_axis = x_hint - np.dot(x_hint, normal) * normal
@@ -49,7 +49,7 @@ def plane_frame(normal, x_hint):
     return R
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, nogil=True, inline="always")
 def _pixel_on_plane(u, v, middle, rays, center, R):
     """Returns (x, y) where the ray of pixel (u, v) meets the plane through ``center`` spanned by R's x and y axes.
 
@@ -64,7 +64,7 @@ def _pixel_on_plane(u, v, middle, rays, center, R):
     return d0 * R[0, 0] + d1 * R[1, 0] + d2 * R[2, 0], d0 * R[0, 1] + d1 * R[1, 1] + d2 * R[2, 1]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _pixel_indices(members, columns):
     """Returns (u, v) of flat pixel indices, int64 (n,) each."""
     u, v = np.empty(len(members), np.int64), np.empty(len(members), np.int64)
@@ -75,7 +75,7 @@ def _pixel_indices(members, columns):
     return u, v
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _extreme_pixels(u, v):
     """Returns the first and last of the pixels (in raster order) of each image row, (n, 2) as (u, v).
 
@@ -90,7 +90,16 @@ def _extreme_pixels(u, v):
     return result[:size]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
+def _mark_void(points, ground, normal, offset, max_off_plane, is_void):
+    """Writes which of the pixels in a row are void; ``points`` (3 n,). Free of branches, for many pixels at once."""
+    n0, n1, n2 = normal
+    for k in range(len(is_void)):
+        off = n0 * points[3 * k] + n1 * points[3 * k + 1] + n2 * points[3 * k + 2] - offset
+        is_void[k] = 1 if (abs(off) > max_off_plane) | (not ground[k]) else 0  # 0 where ground is of unknown height
+
+
+@njit(cache=True, nogil=True)
 def _void_in_box(points, ground, box, center, normal, max_off_plane):
     """Returns which pixels in ``box`` are not ground of this plane, uint8 (rows + 2, columns + 2) with a rim of ones.
 
@@ -100,15 +109,14 @@ def _void_in_box(points, ground, box, center, normal, max_off_plane):
     is_void = np.ones((v1 - v0 + 3, u1 - u0 + 3), np.uint8)
     n0, n1, n2 = normal
     offset = n0 * center[0] + n1 * center[1] + n2 * center[2]
+    first, last = max(u0, 0), min(u1 + 1, ground.shape[1])
     for v in range(max(v0, 0), min(v1 + 1, ground.shape[0])):
-        for u in range(max(u0, 0), min(u1 + 1, ground.shape[1])):
-            if ground[v, u]:
-                off = n0 * points[v, u, 0] + n1 * points[v, u, 1] + n2 * points[v, u, 2] - offset
-                is_void[v - v0 + 1, u - u0 + 1] = abs(off) > max_off_plane  # False where unknown
+        row = is_void[v - v0 + 1, first - u0 + 1 : last - u0 + 1]
+        _mark_void(points[v].reshape(-1)[3 * first :], ground[v, first:last], (n0, n1, n2), offset, max_off_plane, row)
     return is_void
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _find_void(is_void, box, middle, rays, center, R, polygon):
     """Returns the plane coordinates x (n,), y (n,) of the void pixels of ``box`` that lie in ``polygon``.
 
@@ -136,7 +144,7 @@ def _find_void(is_void, box, middle, rays, center, R, polygon):
     return x[:size].copy(), y[:size].copy()
 
 
-@njit(cache=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
+@njit(cache=True, nogil=True, fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
 def _nearest(void_x, void_y, x, y):
     """Returns the squared distance of (x, y) from the nearest void point."""
     nearest = 1e30
@@ -146,7 +154,7 @@ def _nearest(void_x, void_y, x, y):
     return nearest
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _roomiest_pixel(u, v, is_void, box, void_x, void_y, middle, rays, center, R):
     """Returns (x, y, distance) of the pixel that is furthest from all void, not void itself; -1 if there is none.
 
@@ -164,7 +172,7 @@ def _roomiest_pixel(u, v, is_void, box, void_x, void_y, middle, rays, center, R)
     return best_x, best_y, np.sqrt(best) if best >= 0 else -1.0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _edge_through(void_x, void_y, index, x, y, pull):
     """Returns (nx, ny, offset) of the half plane that cuts off the edge at void point ``index`` in one piece.
 
@@ -190,7 +198,7 @@ def _edge_through(void_x, void_y, index, x, y, pull):
     return nx, ny, least - pull
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _best_cut(polygon, void_x, void_y, index, x, y, pull, room, loss):
     """Returns (nx, ny, offset) of the half plane that cuts off void point ``index`` and leaves most of ``polygon``.
 
@@ -221,7 +229,7 @@ def _best_cut(polygon, void_x, void_y, index, x, y, pull, room, loss):
     return best
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _keep_inside(void_x, void_y, nx, ny, offset):
     """Returns the void points with nx x + ny y < offset; the arrays are overwritten."""
     size = 0
@@ -232,7 +240,7 @@ def _keep_inside(void_x, void_y, nx, ny, offset):
     return void_x[:size], void_y[:size]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _carve(polygon, void_x, void_y, x, y, pull, room):
     """Returns the part of ``polygon`` around (x, y) without any void point, each cut ``pull`` before the point."""
     for line in half_planes(polygon):
@@ -257,7 +265,7 @@ def _carve(polygon, void_x, void_y, x, y, pull, room):
     return np.empty((0, 2))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def carve_regions(
     assignment, points, ground, centers, normals, rays, clearance, overlap, min_radius, max_off_plane, max_vertices, x_hint
 ):
@@ -296,7 +304,7 @@ def carve_regions(
     )  # fmt: skip
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _carve_one(
     members, points, ground, center, R, middle, rays, clearance, overlap, min_radius, max_off_plane, max_vertices
 ):

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def check_health(height, normals, labels, allowed, rays, max_depth, min_upward, max_step):
     """Returns (points (h, w, 3) in E, healthy (h, w)) of a cap; see superpixels.healthy_pixels for what is healthy.
 
@@ -25,7 +25,7 @@ def check_health(height, normals, labels, allowed, rays, max_depth, min_upward, 
     return points, supported_pixels(points, normals, plausible, max_step)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def supported_pixels(points, normals, plausible, max_step):
     """Returns the ``plausible`` pixels that continue to at least two of their four neighbours, bool (h, w).
 

@@ -20,9 +20,11 @@ SMALL = 0.3
 """Share of a full grid cell's pixels below which a propagated cluster gives way to a larger neighbour."""
 RANSAC_MISS = 0.01
 """Chance of missing the best plane at which no further ones are tried."""
+BLOCK = 16
+"""Pixels whose distances are computed together: as many float32 numbers as one instruction of a new processor takes."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def healthy_planes(points, normals, healthy):
     """Returns (planes (6, h, w), flat indices of the healthy pixels, ascending)."""
     rows, columns = healthy.shape
@@ -40,7 +42,7 @@ def healthy_planes(points, normals, healthy):
     return planes, active[:size]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def nearest_healthy(healthy, u0, v0, reach):
     """Returns (u, v) of the healthy pixel nearest to the centroid of those within ``reach`` of (u0, v0), or (-1, -1)."""
     rows, columns = healthy.shape
@@ -61,7 +63,7 @@ def nearest_healthy(healthy, u0, v0, reach):
     return best_u, best_v
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def seed_clusters(points, normals, healthy, step, previous, max_step):
     """Returns the clusters to begin with (section V-D.3): ``previous`` ones that still lie on healthy pixels, and seeds on a
     grid of ``step`` pixels, moved to the healthy pixel nearest to the local centroid, where no previous cluster is near.
@@ -96,7 +98,7 @@ def seed_clusters(points, normals, healthy, step, previous, max_step):
     return clusters[:count].copy()
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _can_be_taken_over(clusters, c, step, max_step):
     """Whether a larger cluster lies within ``step`` pixels of cluster ``c``, in whose plane (to ``max_step`` [m]) c lies."""
     for k in range(len(clusters)):
@@ -110,7 +112,7 @@ def _can_be_taken_over(clusters, c, step, max_step):
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _any_near(clusters, count, u, v, distance):
     found = False
     for c in range(count):
@@ -118,64 +120,65 @@ def _any_near(clusters, count, u, v, distance):
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def assign_pixels(planes, clusters, step, weights, best, assignment):
     """Gives each healthy pixel to the cluster of least distance (equation 10) among those within ``step`` pixels.
 
-    ``best``: float32 (h, w), work space.
+    ``best``: float32 (h, w), work space. Distances are computed for BLOCK pixels at once, some of them beyond a window.
     """
     rows, columns = assignment.shape
     best[:] = np.inf
     assignment[:] = -1
-    row = np.empty(columns, np.float32)
+    w_n, w_p, w_w = np.float32(weights[0]), np.float32(weights[1]), np.float32(weights[2])
+    flat_planes, flat_best, flat_assignment = planes.ravel(), best.ravel(), assignment.ravel()
+    distance = np.empty(min(columns, (2 * step + BLOCK) // BLOCK * BLOCK), np.float32)
     for c in range(len(clusters)):
         cluster = clusters[c].astype(np.float32)
         if not np.isfinite(cluster[5]):
             continue
+        surface = (cluster[2], cluster[3], cluster[4], cluster[5], cluster[6], cluster[7])
         cu, cv = int(cluster[0]), int(cluster[1])
         first, last = max(0, cu - step), min(columns, cu + step + 1)
+        begin = min(first, columns - len(distance))
         for v in range(max(0, cv - step), min(rows, cv + step + 1)):
-            distance = row[: max(0, last - first)]
-            _row_distances(
-                planes[0, v][first:last],
-                planes[1, v][first:last],
-                planes[2, v][first:last],
-                planes[3, v][first:last],
-                planes[4, v][first:last],
-                planes[5, v][first:last],
-                cluster,
-                weights,
-                distance,
-            )
+            _row_distances(flat_planes, v * columns + begin, rows * columns, surface, w_n, w_p, w_w, distance)
+            window = distance[first - begin : max(first, last) - begin]
             if weights[3] > 0:
-                for k in range(len(distance)):
-                    distance[k] += weights[3] * np.sqrt((cluster[0] - (first + k)) ** 2 + (cluster[1] - v) ** 2)
-            _take_nearer(distance, c, best[v][first:last], assignment[v][first:last])
+                for k in range(len(window)):
+                    window[k] += weights[3] * np.sqrt((cluster[0] - (first + k)) ** 2 + (cluster[1] - v) ** 2)
+            _take_nearer(window, c, v * columns + first, flat_best, flat_assignment)
 
 
-@njit(cache=True, error_model="numpy")
-def _row_distances(x, y, z, n0, n1, n2, cluster, weights, distance):
-    """Writes the distances (equation 10, without the one in the image) of neighbouring pixels; free of branches."""
-    one = np.float32(1.0)
-    w_n, w_p, w_w = np.float32(weights[0]), np.float32(weights[1]), np.float32(weights[2])
-    px, py, pz, m0, m1, m2 = cluster[2], cluster[3], cluster[4], cluster[5], cluster[6], cluster[7]
-    for k in range(len(distance)):
-        dx, dy, dz = px - x[k], py - y[k], pz - z[k]
-        tilt = one - m0 * n0[k] - m1 * n1[k] - m2 * n2[k]
+@njit(cache=True, nogil=True, error_model="numpy")
+def _row_distances(planes, first, size, surface, w_n, w_p, w_w, distance):
+    """Writes the distances (equation 10, without the one in the image) of neighbouring pixels; free of branches.
+
+    ``planes``: flat, each of ``size`` pixels; ``first``: index of the first pixel in each; ``surface``: point and normal.
+    """
+    px, py, pz, m0, m1, m2 = surface
+    # Unsigned, because what might be negative counts from the end, which the compiler would check for each pixel.
+    one, s = np.float32(1.0), np.uint64(size)
+    i0 = np.uint64(first)
+    i1, i2, i3, i4, i5 = i0 + s, i0 + s * np.uint64(2), i0 + s * np.uint64(3), i0 + s * np.uint64(4), i0 + s * np.uint64(5)
+    for i in range(len(distance)):
+        k = np.uint64(i)
+        dx, dy, dz = px - planes[i0 + k], py - planes[i1 + k], pz - planes[i2 + k]
+        tilt = one - m0 * planes[i3 + k] - m1 * planes[i4 + k] - m2 * planes[i5 + k]
         off_plane = abs(dx * m0 + dy * m1 + dz * m2)
-        distance[k] = w_n * tilt + w_p * off_plane + w_w * np.sqrt(dx * dx + dy * dy + dz * dz)
+        distance[i] = w_n * tilt + w_p * off_plane + w_w * np.sqrt(dx * dx + dy * dy + dz * dz)
 
 
-@njit(cache=True, error_model="numpy")
-def _take_nearer(distance, c, best, assignment):
-    """Hands the pixels that are nearer to cluster ``c`` than ``best`` over to it; free of branches."""
-    for k in range(len(distance)):
-        nearer = distance[k] < best[k]  # False where a pixel is not healthy
-        best[k] = distance[k] if nearer else best[k]
+@njit(cache=True, nogil=True, error_model="numpy")
+def _take_nearer(distance, c, first, best, assignment):
+    """Hands the pixels from ``first`` on that are nearer to cluster ``c`` than ``best`` over to it; free of branches."""
+    for i in range(len(distance)):
+        k = np.uint64(first) + np.uint64(i)
+        nearer = distance[i] < best[k]  # False where a pixel is not healthy
+        best[k] = distance[i] if nearer else best[k]
         assignment[k] = np.int32(c) if nearer else assignment[k]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def group_pixels(assignment, count, active):
     """Returns (first, pixels): the flat indices ``active`` sorted by cluster; cluster c has pixels[first[c]:first[c+1]]."""
     flat = assignment.ravel()
@@ -194,7 +197,7 @@ def group_pixels(assignment, count, active):
     return first, pixels
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def update_clusters(points, normals, assignment, active, clusters, ransac):
     """Moves each cluster to the mean of its pixels and refines its normal by RANSAC; one without pixels becomes NaN.
 
@@ -224,7 +227,7 @@ def update_clusters(points, normals, assignment, active, clusters, ransac):
             _refine_plane(flat_points, members, clusters[c], ransac, c)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _refine_plane(points, members, cluster, ransac, stream):
     """Replaces normal and point of ``cluster`` by the plane y = a x + b z + d that most of its points agree on (eqs. 11-14).
 
@@ -261,7 +264,7 @@ def _refine_plane(points, members, cluster, ransac, stream):
         cluster[5], cluster[6], cluster[7] = a / length, -1.0 / length, b / length
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _fit_plane(points, chosen, cluster, threshold, a0, b0, d0):
     """Returns (ok, a, b, d): least squares y = a x + b z + d around the cluster's point, over ``chosen`` points that lie
     within ``threshold`` of the plane (a0, b0, d0)."""
@@ -288,18 +291,20 @@ def _fit_plane(points, chosen, cluster, threshold, a0, b0, d0):
     return True, a, b, (sy - a * sx - b * sz) / n
 
 
-@njit(cache=True, inline="always")
-def _connected(points, normals, v, u, b, a, max_step):
-    """Whether pixels (v, u) and (b, a) lie within ``max_step`` [m] of each other's tangent planes."""
-    here = there = 0.0
-    for k in range(3):
-        difference = points[b, a, k] - points[v, u, k]
-        here += difference * normals[v, u, k]
-        there += difference * normals[b, a, k]
-    return abs(here) <= max_step and abs(there) <= max_step
+@njit(cache=True, nogil=True)
+def _find_connected(points, normals, assignment, other_points, other_normals, other_assignment, max_step, connected):
+    """Writes which pixels of a row are of the same cluster as the ``other`` ones, each within ``max_step`` [m] of the tangent
+    plane of the other. Points and normals (3 columns,). Free of branches, for many columns at once."""
+    for c in range(len(connected)):
+        x, y, z = 3 * c, 3 * c + 1, 3 * c + 2
+        d0, d1, d2 = other_points[x] - points[x], other_points[y] - points[y], other_points[z] - points[z]
+        here = 0.0 + d0 * normals[x] + d1 * normals[y] + d2 * normals[z]
+        there = 0.0 + d0 * other_normals[x] + d1 * other_normals[y] + d2 * other_normals[z]
+        same = (assignment[c] >= 0) & (assignment[c] == other_assignment[c])
+        connected[c] = same & (abs(here) <= max_step) & (abs(there) <= max_step)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, nogil=True, inline="always")
 def _root(parent, i):
     while parent[i] != i:
         parent[i] = parent[parent[i]]
@@ -307,48 +312,58 @@ def _root(parent, i):
     return i
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def split_clusters(points, normals, assignment, active, max_step, min_pixels):
     """Renumbers ``assignment`` in place by connected components; small ones become -1. Returns how many there are.
 
     Two neighbouring pixels of a cluster are connected when each lies within ``max_step`` of the other's tangent plane.
-    Components are joined in one sweep (union and find) and numbered by their first pixel.
+    Runs of connected pixels in a row are joined with those above in one sweep (union and find); components are numbered by
+    their first pixel, which is the first of their first run.
     """
     rows, columns = assignment.shape
-    flat = assignment.ravel()
-    parent = np.empty(flat.size, np.int32)
-    size = np.zeros(flat.size, np.int32)
+    flat, area = assignment.ravel(), assignment.size
+    run, parent, size = np.empty(area, np.int32), np.empty(area, np.int32), np.zeros(area, np.int32)
+    left, up = np.zeros(columns, np.bool_), np.zeros(columns, np.bool_)
+    runs = 0
     for v in range(rows):
+        begin, row, p, n = v * columns, assignment[v], points[v].reshape(-1), normals[v].reshape(-1)
+        _find_connected(p[3:], n[3:], row[1:], p, n, row, max_step, left[1:])
+        if v > 0:
+            above = points[v - 1].reshape(-1), normals[v - 1].reshape(-1), assignment[v - 1]
+            _find_connected(p, n, row, *above, max_step, up)
+        joined = -1  # the last run above that was joined with this one
         for u in range(columns):
-            if assignment[v, u] < 0:
+            if row[u] < 0:
                 continue
-            i = v * columns + u
-            parent[i] = i
-            if u > 0 and flat[i - 1] == flat[i] and _connected(points, normals, v, u, v, u - 1, max_step):
-                parent[i] = _root(parent, i - 1)
-            if v > 0 and flat[i - columns] == flat[i] and _connected(points, normals, v, u, v - 1, u, max_step):
-                first, second = _root(parent, i), _root(parent, i - columns)
+            if not left[u]:
+                parent[runs], joined = runs, -1
+                runs += 1
+            run[begin + u] = runs - 1
+            size[runs - 1] += 1
+            if up[u] and run[begin + u - columns] != joined:
+                joined = run[begin + u - columns]
+                first, second = _root(parent, runs - 1), _root(parent, joined)
                 parent[max(first, second)] = min(first, second)
+    for r in range(runs):
+        parent[r] = _root(parent, r)
+        if parent[r] != r:
+            size[parent[r]] += size[r]
+    count, number = 0, np.empty(runs, np.int32)
+    for r in range(runs):
+        if parent[r] != r:
+            number[r] = number[parent[r]]
+        elif size[r] >= min_pixels:
+            number[r] = count
+            count += 1
+        else:
+            number[r] = -1
     for i in active:
         if flat[i] >= 0:
-            parent[i] = _root(parent, i)
-            size[parent[i]] += 1
-    count = 0
-    for i in active:  # a root is the first pixel of its component
-        if flat[i] < 0:
-            continue
-        if parent[i] == i:
-            if size[i] >= min_pixels:
-                flat[i] = count
-                count += 1
-            else:
-                flat[i] = -1
-        else:
-            flat[i] = flat[parent[i]]
+            flat[i] = number[run[i]]
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def common_labels(assignment, labels, count):
     """Returns the most frequent label of each cluster, uint8 (count,)."""
     votes = np.zeros((count, 256), np.int32)

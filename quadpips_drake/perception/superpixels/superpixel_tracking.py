@@ -67,10 +67,16 @@ def keep_ids(
         old = (previous.cap_rays, previous.assignment, previous.points, old_count)
         shared, sizes, old_sizes = count_shared_pixels(assignment, points, count, X_old, *old, max_step)
         enough = shared >= np.maximum(1, MIN_OVERLAP * np.minimum.outer(sizes, old_sizes))
-        for c, o in _largest_first(shared, enough):
-            at_home = np.linalg.norm(centers_W[c] - previous.homes[o]) <= MAX_WANDER
-            if ids[c] < 0 and at_home and previous.ids[o] not in ids:
-                ids[c], homes[c] = previous.ids[o], previous.homes[o]
+        pairs = _largest_first(shared, enough)
+        at_home = np.linalg.norm(centers_W[pairs[:, 0]] - previous.homes[pairs[:, 1]], axis=1) <= MAX_WANDER
+        # In lists, which are faster than arrays to look into one by one.
+        matched, taken = [-1] * count, [False] * old_count
+        for c, o in pairs[at_home].tolist():
+            if matched[c] < 0 and not taken[o]:
+                matched[c], taken[o] = o, True
+        kept = np.flatnonzero(np.array(matched) >= 0)
+        old_of = np.array(matched)[kept]
+        ids[kept], homes[kept] = previous.ids[old_of], previous.homes[old_of]
     fresh = np.flatnonzero(ids < 0)
     ids[fresh] = next_id + np.arange(len(fresh))
     return ids, homes, next_id + len(fresh)
@@ -82,33 +88,45 @@ def _largest_first(shared: np.ndarray, chosen: np.ndarray):
     return pairs[np.argsort(-shared[chosen], kind="stable")]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _locate_row(points, X_old, rays, rows, columns, height, pixel):
+    """Writes where the points of a row of pixels, (3 n,), lie on the old cap of (rows, columns): flat index of the pixel,
+    int32, -1 if beside it, and |y| there; free of branches. ``X_old``, ``rays``: see ``count_shared_pixels``."""
+    (x00, x01, x02, x03), (x10, x11, x12, x13), (x20, x21, x22, x23) = X_old[0], X_old[1], X_old[2]
+    base, growth, middle_u, middle_v = rays[0], rays[1], columns // 2, rows // 2
+    for k in range(len(pixel)):
+        p0, p1, p2 = points[3 * k], points[3 * k + 1], points[3 * k + 2]
+        y = x10 * p0 + x11 * p1 + x12 * p2 + x13
+        side = base + growth * y
+        x = x00 * p0 + x01 * p1 + x02 * p2 + x03
+        z = x20 * p0 + x21 * p1 + x22 * p2 + x23
+        a, b = np.floor(x / side + 0.5) + middle_u, np.floor(z / side + 0.5) + middle_v
+        inside = (side > 0) & (a >= 0) & (a < columns) & (b >= 0) & (b < rows)
+        a, b = a if inside else 0.0, b if inside else 0.0
+        height[k] = y
+        pixel[k] = np.int32(b) * np.int32(columns) + np.int32(a) if inside else np.int32(-1)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def count_shared_pixels(assignment, points, count, X_old, rays, old_assignment, old_points, old_count, max_step):
     """Returns how many pixels each superpixel shares with each old one, int32 (count, old_count), and has, and the old has.
 
     ``X_old``: pose of the new frame E in the old one, (4, 4); ``rays``: of the old cap.
     """
-    rows, columns = old_assignment.shape
     shared = np.zeros((count, old_count), np.int32)
     sizes, old_sizes = np.zeros(count, np.int32), np.zeros(old_count, np.int32)
-    for v in range(rows):
-        for u in range(columns):
-            if old_assignment[v, u] >= 0:
-                old_sizes[old_assignment[v, u]] += 1
+    height, pixel = np.empty(assignment.shape[1]), np.empty(assignment.shape[1], np.int32)
+    flat_old, flat_points = old_assignment.ravel(), old_points.reshape(-1, 3)
+    for o in flat_old:
+        if o >= 0:
+            old_sizes[o] += 1
     for v in range(assignment.shape[0]):
+        _locate_row(points[v].reshape(-1), X_old, rays, *old_assignment.shape, height, pixel)
         for u in range(assignment.shape[1]):
-            c = assignment[v, u]
+            c, k = assignment[v, u], pixel[u]
             if c < 0:
                 continue
             sizes[c] += 1
-            p0, p1, p2 = points[v, u, 0], points[v, u, 1], points[v, u, 2]
-            y = X_old[1, 0] * p0 + X_old[1, 1] * p1 + X_old[1, 2] * p2 + X_old[1, 3]
-            pixel = rays[0] + rays[1] * y
-            if not pixel > 0:
-                continue
-            x = X_old[0, 0] * p0 + X_old[0, 1] * p1 + X_old[0, 2] * p2 + X_old[0, 3]
-            z = X_old[2, 0] * p0 + X_old[2, 1] * p1 + X_old[2, 2] * p2 + X_old[2, 3]
-            a, b = int(np.floor(x / pixel + 0.5)) + columns // 2, int(np.floor(z / pixel + 0.5)) + rows // 2
-            if 0 <= a < columns and 0 <= b < rows and old_assignment[b, a] >= 0 and abs(old_points[b, a, 1] - y) <= max_step:
-                shared[c, old_assignment[b, a]] += 1
+            if k >= 0 and flat_old[k] >= 0 and abs(flat_points[k, 1] - height[u]) <= max_step:
+                shared[c, flat_old[k]] += 1
     return shared, sizes, old_sizes

@@ -76,3 +76,25 @@ def test_points_without_a_measurement_get_no_label():
     depth = np.full((120, 160), np.nan, np.float32)
     depth[0, :3] = (np.inf, 0.0, -1.0)
     assert not transfer_labels(depth, camera(0.0), SMALL, labelled(camera(0.0))).any()
+
+
+def test_agrees_with_a_look_at_each_point_of_a_noisy_image():
+    """Points within a rounding error of the border between two older pixels may get the other one's label."""
+    rng = np.random.default_rng(3)
+    spoil = lambda depth: (depth + 0.01 * rng.standard_normal(depth.shape)).astype(np.float32)  # noqa: E731
+    X_old, X_new = camera(0.0), camera(0.05, -0.02, 0.2)
+    old, new = spoil(view(X_old)[0]), spoil(view(X_new)[0])
+    new[rng.random(new.shape) < 0.1] = rng.choice([np.nan, np.inf, 0.0])
+    old_labels = rng.integers(0, 4, old.shape).astype(np.uint8)
+    X_LC, k = np.linalg.inv(X_old) @ X_new, SMALL
+    v, u = np.mgrid[: k.height, : k.width]
+    p_L = np.stack([(u - k.cx) / k.fx * new, (v - k.cy) / k.fy * new, new], axis=-1) @ X_LC[:3, :3].T + X_LC[:3, 3]
+    with np.errstate(all="ignore"):
+        column, row = p_L[..., 0] / p_L[..., 2] * k.fx + k.cx + 0.5, p_L[..., 1] / p_L[..., 2] * k.fy + k.cy + 0.5
+        inside = (new > 0) & np.isfinite(new) & (column >= 0) & (column < k.width) & (row >= 0) & (row < k.height)
+        i, j = np.where(inside, row, 0).astype(int), np.where(inside, column, 0).astype(int)
+        same = inside & (np.abs(old[i, j] - p_L[..., 2]) <= 0.02 + 0.03 * p_L[..., 2])
+    expected = np.where(same, old_labels[i, j], Steppability.UNKNOWN)
+    labels = transfer_labels(new, X_new, SMALL, LabelImage(1.0, old_labels, old, X_old))
+    assert 0.5 < same.mean() < 0.95
+    assert (labels == expected).mean() > 0.999

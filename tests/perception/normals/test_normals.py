@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.normals.normals import NormalConfig, estimate_normals
+from quadpips_drake.perception.normals.normals import NormalConfig, estimate_normals, measure_surface
 from tests.perception.scenes import INTRINSICS, MEDIUM, SMALL, Scene, base_pose, camera_mount, stepping_stones
 
 
@@ -46,7 +46,7 @@ def fit_slope(w, jump):
     return np.polyfit(np.arange(first, last + 1), w[first : last + 1], 1)[0] if last > first else None
 
 
-@pytest.mark.parametrize("half_window", [1, 3])
+@pytest.mark.parametrize("half_window", [1, 2, 3, 5])
 def test_agrees_with_a_plain_fit_at_each_pixel(half_window):
     X_WC, config = base_pose() @ camera_mount(), NormalConfig(half_window=half_window)
     rng = np.random.default_rng(2)
@@ -93,6 +93,21 @@ def test_a_wider_window_averages_noise():
 def test_invalid_depth_gives_no_normals(value):
     depth = np.full((MEDIUM.height, MEDIUM.width), value, np.float32)
     assert np.all(np.isnan(estimate_normals(depth, MEDIUM, NormalConfig())))
+
+
+def test_depth_out_of_range_is_free_space_and_all_else_that_is_invalid_unknown():
+    depth = np.float32([[np.nan, np.inf, -np.inf, -1.0, 0.0, 0.05], [0.1, 0.5, 1.0, 2.9, 3.0, 3.001]])
+    surface, _ = measure_surface(depth, SMALL, NormalConfig())
+    nan, inf = np.nan, np.inf
+    np.testing.assert_array_equal(surface, np.float32([[nan, inf, nan, nan, nan, nan], [0.1, 0.5, 1.0, 2.9, 3.0, inf]]))
+
+
+def test_rows_without_a_valid_pixel_change_nothing_in_their_neighbours():
+    depth = Scene([]).depth(base_pose() @ camera_mount(), SMALL)
+    depth[60] = np.nan
+    normals, above = estimate_normals(depth, SMALL, NormalConfig()), estimate_normals(depth[:60], SMALL, NormalConfig())
+    assert np.isnan(normals[60]).all() and np.isfinite(above[59]).all()
+    np.testing.assert_array_equal(normals[:60], above)
 
 
 def test_single_bad_pixels_stay_single():

@@ -24,11 +24,9 @@ def can(request):
     normals = np.stack([0.1 * rng.standard_normal(v.shape), -np.ones(v.shape), 0.1 * rng.standard_normal(v.shape)], axis=-1)
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     labels = rng.choice([0, 1, 2, 3], v.shape, p=[0.4, 0.5, 0.06, 0.04])
-    empty = np.zeros((0, 0), np.float32)
     return EgocanImage(
         stamp=0.0,
         X_WE=np.eye(4),
-        cylinder_range=empty,
         cap_height=height.astype(np.float32),
         cap_normals=normals.astype(np.float32),
         cap_labels=labels.astype(np.uint8),
