@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from quadpips_drake.math.small_algebra import cross, subtract, vector
+from quadpips_drake.math.small_algebra import cross, subtract, times
 
 
 class KinematicTree(NamedTuple):
@@ -44,50 +44,50 @@ def axis_rotation(axis, angle):
 @njit(cache=True)
 def link_poses_B(joint_axis, joint_offset, q):
     """Returns the rotations (13, 3, 3) and origins (13, 3) of all links in the base frame at joint angles ``q`` (12,)."""
-    rotations = np.zeros((13, 3, 3))
-    origins = np.zeros((13, 3))
-    for k in range(3):
-        rotations[0, k, k] = 1.0
+    rotations, origins = np.zeros((13, 3, 3)), np.zeros((13, 3))
+    for i in range(3):
+        rotations[0, i, i] = 1.0
     for j in range(12):
-        parent = 0 if j % 3 == 0 else j
-        # Into the results at once: to assign an array to a part of one takes numba seconds to compile.
-        np.dot(rotations[parent], axis_rotation(joint_axis[j], q[j]), rotations[1 + j])
-        _add_rotated(origins[parent], rotations[parent], joint_offset[j], origins[1 + j])
+        link, parent = 1 + j, 0 if j % 3 == 0 else j
+        turn = axis_rotation(joint_axis[j], q[j])
+        for row in range(3):
+            origins[link, row] = origins[parent, row]
+            for k in range(3):
+                origins[link, row] += rotations[parent, row, k] * joint_offset[j, k]
+                for column in range(3):
+                    rotations[link, row, column] += rotations[parent, row, k] * turn[k, column]
     return rotations, origins
 
 
 @njit(cache=True)
-def _add_rotated(origin, rotation, offset, out):
-    """Writes ``origin`` + ``rotation`` @ ``offset`` into ``out`` (3,)."""
-    rotated = rotation @ offset
-    for k in range(3):
-        out[k] = origin[k] + rotated[k]
+def _feet(rotations, origins, foot_offset):
+    feet = np.empty((4, 3))
+    for leg in range(4):
+        shank = 3 * leg + 3
+        for row in range(3):
+            feet[leg, row] = origins[shank, row]
+            for k in range(3):
+                feet[leg, row] += rotations[shank, row, k] * foot_offset[leg, k]
+    return feet
 
 
 @njit(cache=True)
 def foot_positions_B(joint_axis, joint_offset, foot_offset, q):
     """Returns the foot points F in the base frame (4, 3) at joint angles ``q`` (12,)."""
     rotations, origins = link_poses_B(joint_axis, joint_offset, q)
-    feet = np.empty((4, 3))
-    for leg in range(4):
-        shank = 3 * leg + 3
-        _add_rotated(origins[shank], rotations[shank], foot_offset[leg], feet[leg])
-    return feet
+    return _feet(rotations, origins, foot_offset)
 
 
 @njit(cache=True)
 def foot_jacobians_B(joint_axis, joint_offset, foot_offset, q):
     """Returns d p_BF / d q_leg (4, 3, 3): column i belongs to the leg's joint i (HAA, HFE, KFE)."""
     rotations, origins = link_poses_B(joint_axis, joint_offset, q)
-    jacobians = np.empty((4, 3, 3))
-    foot = np.empty(3)
+    feet, jacobians = _feet(rotations, origins, foot_offset), np.empty((4, 3, 3))
     for leg in range(4):
-        shank = 3 * leg + 3
-        _add_rotated(origins[shank], rotations[shank], foot_offset[leg], foot)
         for i in range(3):
-            link = 3 * leg + 1 + i
-            axis = rotations[link] @ joint_axis[3 * leg + i]
-            column = cross(vector(axis), subtract(vector(foot), vector(origins[link])))
-            for k in range(3):
-                jacobians[leg, k, i] = column[k]
+            link, joint = 3 * leg + 1 + i, 3 * leg + i
+            axis = times(rotations[link], joint_axis[joint])
+            column = cross(axis, subtract(feet[leg], origins[link]))
+            for row in range(3):
+                jacobians[leg, row, i] = column[row]
     return jacobians

@@ -100,7 +100,7 @@ class RobotModel:
     def foot_positions_B(self, q: np.ndarray) -> np.ndarray:
         """Returns the foot centres in the base frame [m], (4, 3), at joint angles ``q`` (12,)."""
         tree = self.tree
-        return kinematics.foot_positions_B(tree.joint_axis, tree.joint_offset, tree.foot_offset, np.asarray(q, float))
+        return kinematics.foot_positions_B(tree.joint_axis, tree.joint_offset, tree.foot_offset, np.array(q, float))
 
     def foot_positions_at(self, p_WB: np.ndarray, R_WB: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Returns the foot centres in W [m], (4, 3), with the base at ``p_WB``, ``R_WB`` and the joints at ``q`` (12,)."""
@@ -117,11 +117,11 @@ class RobotModel:
     def foot_jacobians_B(self, q: np.ndarray) -> np.ndarray:
         """Returns the derivative of each foot centre in the base frame by its leg's joints: [leg, xyz, joint]."""
         tree = self.tree
-        return kinematics.foot_jacobians_B(tree.joint_axis, tree.joint_offset, tree.foot_offset, np.asarray(q, float))
+        return kinematics.foot_jacobians_B(tree.joint_axis, tree.joint_offset, tree.foot_offset, np.array(q, float))
 
     def link_poses_B(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Returns rotations (13, 3, 3) and origins (13, 3) of all links in the base frame."""
-        return kinematics.link_poses_B(self.tree.joint_axis, self.tree.joint_offset, np.asarray(q, float))
+        return kinematics.link_poses_B(self.tree.joint_axis, self.tree.joint_offset, np.array(q, float))
 
     def leg_inverse_kinematics_B(self, leg: int, p_BF: np.ndarray, guess: np.ndarray | None = None):
         """Finds the angles (HAA, HFE, KFE) that put the foot's centre at ``p_BF`` [m, base frame].

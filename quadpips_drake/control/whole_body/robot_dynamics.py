@@ -56,7 +56,7 @@ class RobotDynamics:
 
     def __init__(self, robot):
         self._tree = robot.tree
-        self._rotor_inertia = robot.rotor_inertia
+        self._rotor_inertia = np.array(robot.rotor_inertia, dtype=float)
 
     def evaluate(self, state: RobotState) -> DynamicsTerms:
         """All terms at the measured ``state``."""

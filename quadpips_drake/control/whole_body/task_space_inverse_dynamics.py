@@ -53,6 +53,7 @@ class TaskSpaceInverseDynamics:
         modes = np.array([FootMode.STANCE, FootMode.SWING, FootMode.EARLY, FootMode.SEARCH], dtype=int)
         targets = FootTargets(modes, dynamics.p_WF, dynamics.v_WF, feet)
         normals, base, forces = np.tile([0.6, 0.0, 0.8], (NUM_LEGS, 1)), np.arange(1.0, 7.0), 10.0 + feet
+        normals.flags.writeable = False  # as those of a policy: compiled functions tell them apart
         program = self.program(state, normals, targets, dynamics, base, forces)
         settings = AssemblySettings.of(self._robot, self._config)
         assembled = assembled_matrices(settings, dynamics, targets, base, forces, normals)

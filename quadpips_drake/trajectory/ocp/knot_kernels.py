@@ -140,14 +140,11 @@ def stage_cost(parameters, task, k, x, u, dt, feet, geometry, hessian, linear):
     )
     cost += add_angular_momentum_tracking(x, task.x_ref[k], parameters.angular_momentum_weights, dt, hessian, linear)
     mu, delta = parameters.position_barrier
-    cost += add_box_limits(
-        x[JOINTS:], parameters.position_lower, parameters.position_upper, mu, delta, dt, JOINTS, hessian, linear
-    )
+    lower, upper, first = parameters.position_lower, parameters.position_upper, JOINTS
+    cost += add_box_limits(x[first:], lower, upper, mu, delta, dt, hessian[first:, first:], linear[first:])
     mu, delta = parameters.velocity_barrier
-    cost += add_box_limits(
-        u[JOINT_RATES:], parameters.velocity_lower, parameters.velocity_upper, mu, delta, dt, STATES + JOINT_RATES,
-        hessian, linear,
-    )  # fmt: skip
+    lower, upper, first = parameters.velocity_lower, parameters.velocity_upper, STATES + JOINT_RATES
+    cost += add_box_limits(u[JOINT_RATES:], lower, upper, mu, delta, dt, hessian[first:, first:], linear[first:])
     mu, delta = parameters.torque_barrier
     cost += add_torque_limits(
         u, rotation, rotation_angles, axes, origins, feet_b, parameters.torque_limits, mu, delta, dt, hessian, linear
@@ -182,7 +179,7 @@ def input_constraints(parameters, task, k, u, dt, feet, change, by_state, by_rat
     p, v, p_x, v_x, v_u = feet
     stance_gain = min(parameters.stance_gain, _MAX_GAIN_TIMES_STEP / dt)
     swing_gain = min(parameters.swing_gain, _MAX_GAIN_TIMES_STEP / dt)
-    row, violation = 0, 0.0
+    row, violation = np.int64(0), 0.0  # a plain 0 would have both functions below compiled for it alone
     direction = np.empty(3)
     change[:] = 0.0
     for leg in range(4):

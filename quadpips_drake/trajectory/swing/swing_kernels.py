@@ -46,15 +46,15 @@ def _apex(p0, p1, duration, height, part):
 
 
 @njit(cache=True)
-def _quintic(p0, v0, p1, v1, duration, path, first):
+def _quintic(p0, v0, p1, v1, duration, out):
     """Coefficients of the quintic with these end points and velocities and no end acceleration: six for each axis."""
     t = duration
     for i in range(3):
-        d, k = p1[i] - p0[i], first + 6 * i
-        path[k], path[k + 1], path[k + 2] = p0[i], v0[i], 0.0
-        path[k + 3] = (10 * d - (6 * v0[i] + 4 * v1[i]) * t) / t**3
-        path[k + 4] = (-15 * d + (8 * v0[i] + 7 * v1[i]) * t) / t**4
-        path[k + 5] = (6 * d - 3 * (v0[i] + v1[i]) * t) / t**5
+        d, k = p1[i] - p0[i], 6 * i
+        out[k], out[k + 1], out[k + 2] = p0[i], v0[i], 0.0
+        out[k + 3] = (10 * d - (6 * v0[i] + 4 * v1[i]) * t) / t**3
+        out[k + 4] = (-15 * d + (8 * v0[i] + 7 * v1[i]) * t) / t**4
+        out[k + 5] = (6 * d - 3 * (v0[i] + v1[i]) * t) / t**5
 
 
 @njit(cache=True)
@@ -66,8 +66,8 @@ def swing_path(p0, v0, p1, v1, duration, height, part):
     for i in range(3):
         path[_POINTS + i], path[_POINTS + 3 + i] = p0[i], p1[i]
     middle = _apex(p0, p1, duration, height, part)
-    _quintic(p0, v0, middle[0], middle[1], 0.5 * duration, path, _PIECES)
-    _quintic(middle[0], middle[1], p1, v1, 0.5 * duration, path, _PIECES + 18)
+    _quintic(p0, v0, middle[0], middle[1], 0.5 * duration, path[_PIECES:])
+    _quintic(middle[0], middle[1], p1, v1, 0.5 * duration, path[_PIECES + 18 :])
     return path
 
 

@@ -96,9 +96,8 @@ def test_joint_limits(model, z):
     robot = model.robot
 
     def box(y, hessian, linear):
-        return add_box_limits(
-            y[12:24], robot.position_limits_lower, robot.position_limits_upper, 0.1, 0.01, 0.1, 12, hessian, linear
-        )
+        limits = robot.position_limits_lower, robot.position_limits_upper
+        return add_box_limits(y[12:24], *limits, 0.1, 0.01, 0.1, hessian[12:, 12:], linear[12:])
 
     def torque(y, hessian, linear):
         _, (rotation, angles, kinematics) = knot(model, y)

@@ -10,15 +10,15 @@ from quadpips_drake.values.centroidal import STATE_SIZE
 
 
 @njit(cache=True)
-def add_box_limits(values, lower, upper, mu, delta, weight, offset, hessian, linear):
-    """Adds barriers on lower <= values <= upper, the variables ``offset``... of the quadratic model. Returns the cost."""
+def add_box_limits(values, lower, upper, mu, delta, weight, hessian, linear):
+    """Adds barriers on lower <= values <= upper, the first variables of the quadratic model. Returns the cost."""
     cost = 0.0
-    for j in range(len(values)):
+    for j in range(len(lower)):
         below, below_first, below_second = relaxed_barrier(values[j] - lower[j], mu, delta)
         above, above_first, above_second = relaxed_barrier(upper[j] - values[j], mu, delta)
         cost += below + above
-        linear[offset + j] += weight * (below_first - above_first)
-        hessian[offset + j, offset + j] += weight * (below_second + above_second)
+        linear[j] += weight * (below_first - above_first)
+        hessian[j, j] += weight * (below_second + above_second)
     return weight * cost
 
 
