@@ -103,10 +103,11 @@ class PlanVisualizer(LeafSystem):
             self._draw_reference(self._reference.Eval(context), time, before, after)
         if self._plan.HasValue(context):
             self._draw_plan(self._plan.Eval(context), time, before, after)
-        if self._region_set.HasValue(context):
-            new_plan = after["reference"] != before.reference
-            self._draw_regions(self._region_set.Eval(context), time, new_plan, before, after)
-        if self._image.HasValue(context) and time - before.label_time >= self._config.label_period - 1e-9:
+        # Regions and images are asked for only when they are to be drawn: that (HasValue too) may be what computes them.
+        new_plan = after["reference"] != before.reference
+        if (new_plan or self._is_due(before.region_time, "region_period", time)) and self._region_set.HasValue(context):
+            self._draw_regions(self._region_set.Eval(context), time, before, after)
+        if self._is_due(before.label_time, "label_period", time) and self._image.HasValue(context):
             self._draw_labels(self._image.Eval(context), time, before, after)
         state.get_mutable_abstract_state(int(self._drawn)).set_value(_Drawn(**after))
         return EventStatus.Succeeded()
@@ -128,9 +129,12 @@ class PlanVisualizer(LeafSystem):
         self._layers.replace("stances", before.plan + 1, plan_mesh(plan), time)
         after |= {"plan": before.plan + 1, "plan_key": key}
 
-    def _draw_regions(self, regions: RegionSet, time: float, new_plan: bool, before: _Drawn, after: dict):
-        due = new_plan or time - before.region_time >= self._config.region_period - 1e-9
-        if due and regions.regions and regions.stamp != before.region_stamp:
+    def _is_due(self, last: float, period: str, time: float) -> bool:
+        """Whether something that was drawn at the time ``last`` may be drawn again."""
+        return time - last >= getattr(self._config, period) - 1e-9
+
+    def _draw_regions(self, regions: RegionSet, time: float, before: _Drawn, after: dict):
+        if regions.regions and regions.stamp != before.region_stamp:
             self._layers.replace("regions", before.regions + 1, region_mesh(regions), time, opacity=0.85)
             after |= {"regions": before.regions + 1, "region_time": time, "region_stamp": regions.stamp}
 

@@ -11,13 +11,15 @@ import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.framework.ports import declare_output
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.plant_builder import add_terrain_visuals
+from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.visualization import plan_meshes, recording
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.colors import REGION_COLORS
@@ -89,6 +91,24 @@ def test_regions_are_redrawn_at_their_own_pace(robot, meshcat):
         fix(system, context, "region_set", examples.regions(0.05 * step))
         simulator.AdvanceTo(0.05 * (step + 1))
     assert visible_layers(meshcat, "regions", 99) == [1, 2, 3, 4]
+
+
+def test_regions_are_not_computed_only_to_be_looked_at(robot, meshcat):
+    """Reading them makes the region extractor compute them."""
+    computed = []
+    source = LeafSystem()
+
+    def regions(context):
+        computed.append(context.get_time())
+        return examples.regions(context.get_time())
+
+    declare_output(source, "region_set", RegionSet, regions)
+    builder = DiagramBuilder()
+    builder.AddSystem(source)
+    system = builder.AddSystem(PlanVisualizer(robot, meshcat, PlanVisualizerConfig(region_period=0.5)))
+    builder.Connect(source.get_output_port(), system.GetInputPort("region_set"))
+    Simulator(builder.Build()).AdvanceTo(1.9)
+    assert computed == [0.0, 0.5, 1.0, 1.5]
 
 
 def test_labels_are_drawn_green_yellow_and_red_where_the_camera_sees_them(robot, meshcat):
