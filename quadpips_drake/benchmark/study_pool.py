@@ -10,7 +10,7 @@ from rich.progress import Progress
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.files import read_json, write_json
-from quadpips_drake.worker_pool import JobFailed, Outcome, run_jobs
+from quadpips_drake.worker_pool import JOBS_PER_PROCESS, JobFailed, Outcome, run_jobs
 
 
 @dataclass
@@ -42,7 +42,14 @@ def _put(results: dict, key: str, value) -> dict:
 
 
 def run_study(
-    jobs: dict[str, Callable], store: Path, results: dict, *, workers: int, description: str, keep: Callable = _put
+    jobs: dict[str, Callable],
+    store: Path,
+    results: dict,
+    *,
+    workers: int,
+    description: str,
+    keep: Callable = _put,
+    jobs_per_process: int = JOBS_PER_PROCESS,
 ) -> Study:
     """Runs ``jobs`` and writes their results into ``store`` (JSON) one by one, so that an interruption loses none of them.
 
@@ -53,6 +60,7 @@ def run_study(
         workers: processes at the same time.
         description: for the progress bar.
         keep: (results, key of a job, its result) -> further jobs that follow from it; puts the result among ``results``.
+        jobs_per_process: after so many jobs a process is replaced by a fresh one.
 
     Returns: the results. For a job that raised something, or whose process died, one line is printed, and the rest goes on.
     """
@@ -73,7 +81,8 @@ def run_study(
     try:
         with Progress(*Progress.get_default_columns(), console=console) as progress:
             bar = progress.add_task(description, total=total)
-            with closing(run_jobs(jobs, workers=workers, following=following)) as outcomes:
+            running = run_jobs(jobs, workers=workers, jobs_per_process=jobs_per_process, following=following)
+            with closing(running) as outcomes:
                 for _ in outcomes:
                     progress.update(bar, advance=1, total=total)
     except KeyboardInterrupt:

@@ -2,7 +2,13 @@
 
 import typer
 
-from quadpips_drake.cli.evaluation import evaluate_latency, evaluate_network, evaluate_perception, evaluate_tracking
+from quadpips_drake.cli.evaluation import (
+    evaluate_growth,
+    evaluate_latency,
+    evaluate_network,
+    evaluate_perception,
+    evaluate_tracking,
+)
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -14,3 +20,4 @@ app.command("gaits", epilog=evaluate_tracking.EPILOG_GAITS)(evaluate_tracking.ga
 app.command("robustness", epilog=evaluate_tracking.EPILOG_ROBUSTNESS)(evaluate_tracking.robustness)
 app.command("latency", epilog=evaluate_latency.EPILOG_LATENCY)(evaluate_latency.latency)
 app.command("latency-sweep", epilog=evaluate_latency.EPILOG_SWEEP)(evaluate_latency.latency_sweep)
+app.command("growth", epilog=evaluate_growth.EPILOG)(evaluate_growth.growth)
