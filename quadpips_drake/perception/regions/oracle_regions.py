@@ -46,12 +46,21 @@ def regions_from_terrain(terrain: Terrain, foot_radius: float, config: OracleReg
     return tuple(regions)
 
 
+def centers_of(regions: tuple[PlanarRegion, ...]) -> np.ndarray:
+    """Returns the centres of ``regions`` in W [m], (n, 3)."""
+    return np.array([region.center for region in regions]).reshape(-1, 3)
+
+
 def nearby_regions(
-    regions: tuple[PlanarRegion, ...], centers: np.ndarray, p_WB: np.ndarray, radius: float
+    regions: tuple[PlanarRegion, ...], p_WB: np.ndarray, radius: float, centers: np.ndarray | None = None
 ) -> tuple[PlanarRegion, ...]:
-    """Returns the ``regions`` whose ``centers`` (n, 3) are within ``radius`` [m] of ``p_WB`` in the horizontal plane."""
+    """Returns the ``regions`` whose centres are within ``radius`` [m] of ``p_WB`` in the horizontal plane.
+
+    ``centers``: ``centers_of`` the regions, for those who ask often.
+    """
     if not regions or not np.all(np.isfinite(p_WB)):
         return ()
+    centers = centers_of(regions) if centers is None else centers
     near = np.hypot(centers[:, 0] - p_WB[0], centers[:, 1] - p_WB[1]) <= radius
     return tuple(regions[k] for k in np.flatnonzero(near))
 

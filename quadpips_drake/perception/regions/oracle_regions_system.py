@@ -1,9 +1,12 @@
 """The system that stands in for the whole perception with ground truth."""
 
-import numpy as np
-
 from quadpips_drake.framework.stage import Inputs, Stage
-from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig, nearby_regions, regions_from_terrain
+from quadpips_drake.perception.regions.oracle_regions import (
+    OracleRegionConfig,
+    centers_of,
+    nearby_regions,
+    regions_from_terrain,
+)
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.regions import RegionSet
@@ -38,11 +41,12 @@ class OracleRegions(Stage):
         """``foot_radius`` in [m]."""
         super().__init__("oracle_regions", config or OracleRegionConfig(), memory=RegionSet.empty(), timings=timings)
         self._regions = regions_from_terrain(terrain, foot_radius, self.config)
-        self._centers = np.array([region.center for region in self._regions]).reshape(-1, 3)
+        self._centers = centers_of(self._regions)
         self.declare_input("robot_state", RobotState)
         self.declare_output("region_set", RegionSet)
 
     def update(self, inputs: Inputs, memory: RegionSet, time: float) -> RegionSet:
         """Selects the regions around the robot."""
         state = inputs.robot_state
-        return RegionSet(state.stamp, nearby_regions(self._regions, self._centers, state.p_WB, self.config.radius))
+        near = nearby_regions(self._regions, state.p_WB, self.config.radius, self._centers)
+        return RegionSet(state.stamp, near)

@@ -3,7 +3,12 @@ import pytest
 import shapely
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig, nearby_regions, regions_from_terrain
+from quadpips_drake.perception.regions.oracle_regions import (
+    OracleRegionConfig,
+    centers_of,
+    nearby_regions,
+    regions_from_terrain,
+)
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.terrain import Box, Terrain, pose
 from quadpips_drake.terrain.truth import GroundTruth
@@ -38,10 +43,10 @@ def test_what_must_not_be_stepped_on_gives_no_region():
 
 def test_only_nearby_regions_are_known():
     regions = regions_from_terrain(load_terrain("flat"), FOOT_RADIUS, OracleRegionConfig(cell=0.5))
-    centers = np.array([region.center for region in regions])
-    near = nearby_regions(regions, centers, np.array([1.0, 0.2, 0.5]), 1.5)
+    near = nearby_regions(regions, np.array([1.0, 0.2, 0.5]), 1.5)
+    assert nearby_regions(regions, np.array([1.0, 0.2, 0.5]), 1.5, centers_of(regions)) == near
     assert 0 < len(near) < len(regions)
     assert all(np.hypot(*(region.center[:2] - [1.0, 0.2])) <= 1.5 for region in near)
-    assert nearby_regions(regions, centers, np.array([np.nan, 0, 0]), 1.5) == ()
+    assert nearby_regions(regions, np.array([np.nan, 0, 0]), 1.5) == ()
     with pytest.raises(UserInputError):
         OracleRegionConfig(cell=0.0)
