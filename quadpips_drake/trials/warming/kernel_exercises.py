@@ -71,7 +71,7 @@ def planning() -> None:
     state = standing_state(robot)
     config = OracleRegionConfig(radius=1.5)
     everywhere = regions_from_terrain(load_terrain("flat"), robot.foot_radius, config)
-    regions = RegionSet(0.0, nearby_regions(everywhere, np.array([r.center for r in everywhere]), state.p_WB, config.radius))
+    regions = RegionSet(0.0, nearby_regions(everywhere, state.p_WB, config.radius))
     path = search_torso_path(state.p_WB, 0.0, regions, np.array([0.6, 0.0]), robot, TorsoConfig())
     search_footholds(state, regions, path, robot, FootholdConfig())
 
