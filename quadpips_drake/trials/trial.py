@@ -32,6 +32,9 @@ class TrialConfig(SimulationConfig):
     """Name of the planner."""
     threads: int = ranged(1, 1, 2)
     """2: late results are computed in the background, on another core. The numbers are those of 1, to the bit."""
+    latency: str = "measured"
+    """When results of the stages are there: a preset (zero, measured, paper), or a file with rates and latencies. It fills
+    in these keys below ``stages``; what is set there itself counts more."""
     goal: list[float] = ranged([], -1000.0, 1000.0, lengths=(0, 2))
     """x, y [m]; empty: the terrain's own goal."""
     stages: QuadpipsConfig | None = None
