@@ -1,10 +1,9 @@
 """The simulation station with a state estimate: the smallest world to try a stage in."""
 
-from pydrake.systems.framework import Diagram
-
 from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.estimation.oracle_state_estimator_system import OracleStateEstimator
 from quadpips_drake.framework.ports import DiagramBuilder, connect_by_name, input_names, output_names
+from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.terrain import Terrain
 

@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from pydrake.systems.framework import Diagram
-
 from quadpips_drake.framework.ports import DiagramBuilder
+from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.egocan.legged_egocan_system import LeggedEgocan
 from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator

@@ -2,10 +2,9 @@
 
 from dataclasses import field
 
-from pydrake.systems.framework import Diagram
-
 from quadpips_drake.configuration.schema import configuration
 from quadpips_drake.framework.ports import DiagramBuilder
+from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
 from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner

@@ -5,7 +5,6 @@ from dataclasses import field, fields, make_dataclass
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
-from pydrake.systems.framework import Diagram
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from quadpips_drake.configuration.schema import configuration
@@ -19,6 +18,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.estimation.pose_drift import PoseDriftConfig
 from quadpips_drake.framework.ports import DiagramBuilder, connect_by_name, output_names, output_of
 from quadpips_drake.framework.registry import Entry
+from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.perception.config import PerceptionConfig, steppable_perception
 from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig
 from quadpips_drake.robots.robot_model import RobotModel

@@ -11,7 +11,6 @@ from pydrake.multibody.plant import (
     MultibodyPlantConfig,
 )
 from pydrake.multibody.tree import PdControllerGains
-from pydrake.systems.framework import Diagram
 from pydrake.systems.primitives import Demultiplexer, DiscreteTimeDelay, Multiplexer
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
@@ -19,6 +18,7 @@ from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.faults.model_errors import ModelErrorConfig, add_payload, set_base_mass
 from quadpips_drake.framework.ports import DiagramBuilder
+from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.contact_sensing import deepest_overlap, find_contact_geometries
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, add_depth_camera, make_intrinsics

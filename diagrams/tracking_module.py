@@ -2,8 +2,6 @@
 
 from dataclasses import field
 
-from pydrake.systems.framework import Diagram
-
 from quadpips_drake.configuration.schema import configuration
 from quadpips_drake.control.mpc.centroidal_mpc_system import CentroidalMpc
 from quadpips_drake.control.mpc.mpc_config import MpcConfig
@@ -14,6 +12,7 @@ from quadpips_drake.faults.control_faults import ControlFaultConfig
 from quadpips_drake.faults.failing_mpc_system import FailingMpc
 from quadpips_drake.faults.raised_footholds_system import RaisedFootholds
 from quadpips_drake.framework.ports import DiagramBuilder
+from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.supervision.safety import SafetyConfig
 from quadpips_drake.supervision.safety_monitor_system import SafetyMonitor
 

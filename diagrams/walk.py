@@ -3,7 +3,6 @@
 from dataclasses import field
 
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
-from pydrake.systems.framework import Diagram
 
 from quadpips_drake.configuration.schema import configuration
 from quadpips_drake.control.mpc.mpc_config import walking_mpc
@@ -17,6 +16,7 @@ from quadpips_drake.diagrams.tracking_module import TrackingConfig, TrackingModu
 from quadpips_drake.estimation.pose_drift import PoseDriftConfig
 from quadpips_drake.faults.push_system import Push, PushSource
 from quadpips_drake.framework.ports import DiagramBuilder, output_names
+from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND

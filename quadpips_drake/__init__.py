@@ -15,8 +15,8 @@ Trials: ``load_config``, ``TrialConfig``, ``Trial``, ``run_trial``, ``load_walk_
 
 Diagrams: ``QuadpipsDiagram``, ``QuadpipsConfig``, ``WalkDiagram``, ``WalkConfig``, ``SimulationStation``,
 ``ObservedStation``, ``PerceptionModule``, ``PlanningModule``, ``TrackingModule``; ``DiagramBuilder`` (Drake's, which also
-compares the types of ports); ``Stage``, ``StageConfig``, ``Inputs``, ``declare_input``, ``declare_output`` for systems of
-one's own.
+compares the types of ports); ``Stage``, ``StageConfig``, ``Inputs``, ``declare_input``, ``declare_output``, ``LeafSystem``,
+``Diagram`` (Drake's, which can be freed) for systems of one's own.
 
 Values on ports: ``RobotState``, ``FootContacts``, ``CameraIntrinsics``, ``AffordanceImage``, ``LabelImage``,
 ``EgocanImage``, ``SuperpixelImage``, ``PlanarRegion``, ``RegionSet``, ``PlanRequest``, ``TorsoPath``, ``Stance``,
@@ -52,6 +52,7 @@ _HOMES = {
     "diagrams.tracking_module": ("TrackingModule",),
     "framework.ports": ("DiagramBuilder", "declare_input", "declare_output"),
     "framework.stage": ("Stage", "Inputs"),
+    "framework.systems": ("LeafSystem", "Diagram"),
     "framework.stage_config": ("StageConfig",),
     "framework.registry": ("Entry", "Registry"),
     "values.legs": ("Leg",),

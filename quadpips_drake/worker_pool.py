@@ -21,7 +21,7 @@ from multiprocessing import connection, get_context, parent_process
 from typing import Any
 
 JOBS_PER_PROCESS = 8
-"""A diagram with systems in Python is never quite freed (some 30 MB each); after so many jobs a process is replaced."""
+"""After so many jobs a process is replaced, whatever they have left in it: systems of other packages may never be freed."""
 _FAREWELL = 1.0
 """How long a worker that has nothing more to do may take to end by itself [s]."""
 _PR_SET_PDEATHSIG = 1

@@ -1,9 +1,8 @@
 """The drifting pose estimate as a system."""
 
-from pydrake.systems.framework import LeafSystem
-
 from quadpips_drake.estimation.pose_drift import PoseDriftConfig, drift_state, drifted_world
 from quadpips_drake.framework.ports import declare_input, declare_output
+from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.values.robot_state import RobotState
 
 

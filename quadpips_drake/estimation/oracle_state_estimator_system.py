@@ -1,8 +1,7 @@
 """The robot's state, exactly as simulated."""
 
-from pydrake.systems.framework import LeafSystem
-
 from quadpips_drake.framework.ports import declare_input, declare_output
+from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.math.rotations import attitude_from_quaternion
 from quadpips_drake.values.legs import NUM_JOINTS
 from quadpips_drake.values.robot_state import RobotState

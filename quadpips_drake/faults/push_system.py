@@ -4,9 +4,9 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
-from pydrake.systems.framework import LeafSystem
 
 from quadpips_drake.configuration.schema import MAX_DURATION, configuration, ranged
+from quadpips_drake.framework.systems import LeafSystem
 
 
 @configuration

@@ -1,8 +1,7 @@
 """RaisedFootholds: a reference whose footholds lie at the wrong height."""
 
-from pydrake.systems.framework import LeafSystem
-
 from quadpips_drake.framework.ports import declare_input, declare_output
+from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.values.reference import WholeBodyReference
 
 

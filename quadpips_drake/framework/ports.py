@@ -131,9 +131,12 @@ def output_of(system: System, name: str, kind: type) -> OutputPort:
 class DiagramBuilder(framework.DiagramBuilder):
     """Drake's DiagramBuilder, which also compares the types of Python values when ports are joined."""
 
+    __slots__ = ()  # see systems.py: builder and diagram refer to each other
+
     def __init__(self):
         super().__init__()
-        self._exported_inputs: dict[str | int, InputPort] = {}
+        self._exported_inputs: dict[str | int, tuple[str, type | None]] = {}
+        """Name and type of values of the port to which each leads; ports themselves may keep their system alive."""
 
     def Connect(self, source: OutputPort, target: InputPort) -> None:
         """As in Drake.
@@ -147,7 +150,7 @@ class DiagramBuilder(framework.DiagramBuilder):
     def ExportInput(self, input: InputPort, name: str | framework.UseDefaultName = framework.kUseDefaultName):
         """As in Drake."""
         index = super().ExportInput(input, name)
-        self._exported_inputs[int(index)] = self._exported_inputs[name] = input
+        self._exported_inputs[int(index)] = self._exported_inputs[name] = full_name(input), value_type(input)
         return index
 
     def ConnectInput(self, diagram_port: str | framework.InputPortIndex, input: InputPort) -> None:
@@ -157,11 +160,12 @@ class DiagramBuilder(framework.DiagramBuilder):
             WiringError: ``input`` takes other values than the input to which the diagram's port led first. They must be of
                 the same type, not only fit: Drake has the diagram's port stand for any one of those that it leads to.
         """
-        first = self._exported_inputs.get(diagram_port if isinstance(diagram_port, str) else int(diagram_port))
-        if first is not None and value_type(first) is not value_type(input):
-            types = [getattr(value_type(port), "__name__", "a vector") for port in (first, input)]
+        key = diagram_port if isinstance(diagram_port, str) else int(diagram_port)
+        first, wanted = self._exported_inputs.get(key, (None, None))
+        if first is not None and wanted is not value_type(input):
+            types = [getattr(kind, "__name__", "a vector") for kind in (wanted, value_type(input))]
             raise WiringError(
-                f"one input of the diagram cannot lead to both {full_name(first)}, which takes {types[0]}, and "
+                f"one input of the diagram cannot lead to both {first}, which takes {types[0]}, and "
                 f"{full_name(input)}, which takes {types[1]}"
             )
         super().ConnectInput(diagram_port, input)

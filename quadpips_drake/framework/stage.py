@@ -21,19 +21,18 @@ from typing import Any, NamedTuple
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     AbstractStateIndex,
-    CacheEntry,
+    CacheIndex,
     EventStatus,
     InputPort,
-    LeafSystem,
     OutputPort,
     System,
-    ValueProducer,
 )
 
 from quadpips_drake.compiling import work_clock
 from quadpips_drake.framework.background import Background, stages_of, value_of
 from quadpips_drake.framework.ports import WiringError, declare_input, declare_output, full_name, value_type
 from quadpips_drake.framework.stage_config import StageConfig
+from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.timing import StageTimings
 
 _SAME_TIME = 1e-9
@@ -152,8 +151,8 @@ class Stage(LeafSystem):
         self._state: int | None = None
         """Index of the abstract state that holds what is _Remembered; None without a rate."""
         self._background: Background | None = None
-        self._on_demand: CacheEntry | None = None
-        """Without a rate: what was computed last."""
+        self._on_demand: CacheIndex | None = None
+        """Without a rate: of the cache entry with what was computed last."""
         if config.rate > 0.0:
             self._declare_updates(first)
 
@@ -211,7 +210,7 @@ class Stage(LeafSystem):
     def shown_memory(self, context) -> Any:
         """The memory that outputs show in ``context``."""
         if self._state is None:
-            return self._on_demand.Eval(context)
+            return self.get_cache_entry(self._on_demand).Eval(context)
         results = self._remembered(context).results
         if self.config.latency > 0.0:
             results = _from_shown_on(results, context.get_time())
@@ -224,7 +223,7 @@ class Stage(LeafSystem):
             return {state} if self.config.latency == 0.0 else {state, self.time_ticket()}
         if self._on_demand is None:
             self._on_demand = self._declare_on_demand()
-        return {self._on_demand.ticket()}
+        return {self.cache_entry_ticket(self._on_demand)}
 
     def _keep(self, name: str, port: InputPort, default) -> InputPort:
         if self._on_demand is not None:  # which would not notice that this input changes
@@ -232,13 +231,12 @@ class Stage(LeafSystem):
         self._ports[name] = _Port(port, default)
         return port
 
-    def _declare_on_demand(self) -> CacheEntry:
+    def _declare_on_demand(self) -> CacheIndex:
         def calculate(context, value):
             value.set_value(self._timed(self.update, self._initial, self.inputs(context), context.get_time()))
 
         tickets = {entry.port.ticket() for entry in self._ports.values()} or {self.nothing_ticket()}
-        producer = ValueProducer(lambda: AbstractValue.Make(self._initial), calculate)
-        return self.DeclareCacheEntry("memory", producer, tickets)
+        return self.declare_cache_entry("memory", lambda: AbstractValue.Make(self._initial), calculate, tickets)
 
     def _declare_updates(self, first: FirstUpdate) -> None:
         remembered = _Remembered(None, ((-inf, self._initial),))

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.geometry import GeometryId, QueryObject, SceneGraphInspector
+from pydrake.geometry import GeometryId, QueryObject, Role, SceneGraphInspector
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 
 from quadpips_drake.robots.robot_model import LINK_NAMES, RobotModel
@@ -26,7 +26,8 @@ def find_contact_geometries(robot: RobotModel, plant: MultibodyPlant, inspector:
     feet, others = {}, {}
     shanks = {f"{leg.name}_SHANK": int(leg) for leg in Leg}
     for link in LINK_NAMES:
-        for geometry in plant.GetCollisionGeometriesForBody(plant.GetBodyByName(link, instance)):
+        frame = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(link, instance).index())
+        for geometry in inspector.GetGeometries(frame, Role.kProximity):  # ids from the plant itself would keep it alive
             if link in shanks and inspector.GetName(geometry).endswith(f"{link}_foot"):
                 feet[geometry] = shanks[link]
             else:

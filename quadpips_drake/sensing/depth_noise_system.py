@@ -2,9 +2,9 @@
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageDepth32F
 
+from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.sensing.depth_noise import DepthNoiseConfig, add_depth_noise
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.sensing import CameraIntrinsics

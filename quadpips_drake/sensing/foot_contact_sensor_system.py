@@ -1,9 +1,9 @@
 """What the feet feel, read from the plant's contact results."""
 
 from pydrake.multibody.plant import ContactResults
-from pydrake.systems.framework import LeafSystem
 
 from quadpips_drake.framework.ports import declare_input, declare_output
+from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.sensing.contact_sensing import ContactGeometries, foot_contact_forces
 from quadpips_drake.values.sensing import FootContacts
 

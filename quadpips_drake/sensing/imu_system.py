@@ -5,9 +5,9 @@ from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialAcceleration, SpatialVelocity
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import LeafSystem
 
 from quadpips_drake.configuration.schema import configuration, ranged
+from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.robots.robot_model import RobotModel
 
 _STAMP_RESOLUTION = 1e-6

@@ -2,9 +2,9 @@
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageDepth32F
 
+from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.self_filter import SelfFilterConfig, find_own_body
 from quadpips_drake.timing import StageTimings

@@ -1,8 +1,9 @@
 """Sees to it that the robot does not walk out of the part of a large terrain that can be touched."""
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, EventStatus, LeafSystem
+from pydrake.systems.framework import BasicVector, EventStatus
 
+from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.terrain.ground_window import MAX_STRAY, RECENTRE_AT, GroundWindow
 
 PERIOD = 0.02

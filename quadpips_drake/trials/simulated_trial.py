@@ -1,5 +1,6 @@
 """What all trials have in common: a robot in a simulated world, watched by a judge until it is over."""
 
+import gc
 import traceback
 from collections.abc import Callable
 from dataclasses import field
@@ -79,6 +80,7 @@ class SimulatedTrial:
 
     def __init__(self, config: SimulationConfig, terrain, diagram, timings: StageTimings, judge: TrialJudge):
         """Args: what to run; the world; the diagram of all (``set_initial_state``, ``observe``); its timings; the judge."""
+        gc.collect()  # earlier trials: few objects for the collector, which would wait for more, but tens of megabytes each
         self.config, self.terrain, self.diagram, self.timings, self.judge = config, terrain, diagram, timings, judge
         self.robot = diagram.robot
         self._background: Background | None = None

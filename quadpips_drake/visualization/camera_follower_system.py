@@ -3,8 +3,8 @@
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
-from pydrake.systems.framework import LeafSystem
 
+from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.visualization.meshcat_layers import look_at_robot
 

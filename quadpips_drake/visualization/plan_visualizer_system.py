@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
-from pydrake.systems.framework import EventStatus, LeafSystem
+from pydrake.systems.framework import EventStatus
 
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.framework.ports import declare_input
+from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.values.images import AffordanceImage
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import PlanSketch

@@ -3,9 +3,9 @@
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
-from pydrake.systems.framework import LeafSystem
 
 from quadpips_drake.control.references.walk_command import WalkCommand
+from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.gaits.gaits import GAITS
 
 SLIDERS = {"forward [m/s]": 0.8, "left [m/s]": 0.4, "turn [rad/s]": 0.8}

@@ -1,9 +1,9 @@
 """ScriptedCommand: a walk's commands, known beforehand."""
 
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import LeafSystem
 
 from quadpips_drake.control.references.walk_command import WalkCommand, check_commands, command_at
+from quadpips_drake.framework.systems import LeafSystem
 
 
 class ScriptedCommand(LeafSystem):
