@@ -24,15 +24,15 @@ class SelfFilterConfig:
     """What the margin grows by with the squared depth, to allow for noise [1/m]."""
 
 
-def find_own_body(
+def blank_own_body(
     depth: np.ndarray,
     intrinsics: CameraIntrinsics,
     X_BC: np.ndarray,
     joint_positions: np.ndarray,
     robot: RobotModel,
     config: SelfFilterConfig,
-) -> np.ndarray:
-    """Returns which pixels of ``depth`` [m], float32 (height, width), show the robot itself, bool (height, width).
+) -> None:
+    """Writes NaN to the pixels of ``depth`` [m], float32 (height, width), that show the robot itself.
 
     A pixel shows the robot when its point is closer to one of the robot's shapes (those that are drawn) than the margin.
     Only the rectangle of the image that a shape can cover is looked at.
@@ -48,16 +48,14 @@ def find_own_body(
     R_GC = np.ascontiguousarray((R_CB @ R_BL @ shapes.R_LG).transpose(0, 2, 1))
     p_BG = p_BL + np.einsum("nij,nj->ni", R_BL, shapes.p_LG)
     p_CG = (p_BG - X_BC[:3, 3]) @ R_CB.T
-    mask = np.zeros(depth.shape, dtype=np.bool_)
     pinhole = (intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy)
     margins = (config.margin, config.margin_growth)
-    _mark_shapes(depth, mask, pinhole, R_GC, p_CG, shapes.kind, shapes.half_size, shapes.rounding, margins)
-    return mask
+    _blank_shapes(depth, pinhole, R_GC, p_CG, shapes.kind, shapes.half_size, shapes.rounding, margins)
 
 
 @njit(cache=True, nogil=True)
-def _mark_shapes(depth, mask, pinhole, R_GC, p_CG, kind, half_size, rounding, margins):
-    """Sets ``mask`` where a pixel's point is within the margin of any shape."""
+def _blank_shapes(depth, pinhole, R_GC, p_CG, kind, half_size, rounding, margins):
+    """Writes NaN where a pixel's point is within the margin of any shape."""
     margin, growth = margins
     for i in range(len(kind)):
         radius = np.sqrt(np.sum(half_size[i] ** 2)) + rounding[i]
@@ -66,7 +64,7 @@ def _mark_shapes(depth, mask, pinhole, R_GC, p_CG, kind, half_size, rounding, ma
         extent = half_size[i] + (rounding[i] + margin + growth * deepest * deepest)
         window = _covered_window(R_GC[i], p_CG[i], extent, pinhole, depth.shape)
         shape = (kind[i] == CYLINDER, half_size[i, 0], half_size[i, 1], half_size[i, 2], rounding[i], radius)
-        _mark_window(depth, mask, window, pinhole, R_GC[i], p_CG[i], shape, margins)
+        _blank_window(depth, window, pinhole, R_GC[i], p_CG[i], shape, margins)
 
 
 @njit(cache=True, nogil=True)
@@ -106,8 +104,8 @@ def _covered_window(R_GC, p_CG, extent, pinhole, image_shape):
 
 
 @njit(cache=True, nogil=True)
-def _mark_window(depth, mask, window, pinhole, R_GC, p_CG, shape, margins):
-    """Sets ``mask`` for the pixels in ``window`` whose points are within the margin of one shape."""
+def _blank_window(depth, window, pinhole, R_GC, p_CG, shape, margins):
+    """Writes NaN to the pixels in ``window`` whose points are within the margin of one shape."""
     fx, fy, cx, cy = pinhole
     is_cylinder, half_x, half_y, half_z, rounding, radius = shape
     margin, growth = margins
@@ -115,7 +113,7 @@ def _mark_window(depth, mask, window, pinhole, R_GC, p_CG, shape, margins):
         slope_y = (v - cy) / fy
         for u in range(window[2], window[3]):
             z = np.float64(depth[v, u])
-            if not 0.0 < z < np.inf or mask[v, u]:
+            if not 0.0 < z < np.inf:
                 continue
             reach = margin + growth * z * z
             # Most pixels of the window lie far behind the shape.
@@ -130,4 +128,5 @@ def _mark_window(depth, mask, window, pinhole, R_GC, p_CG, shape, margins):
             else:
                 gx, gy = max(gx - half_x, 0.0), max(gy - half_y, 0.0)
             reach += rounding
-            mask[v, u] = gx * gx + gy * gy + gz * gz <= reach * reach
+            if gx * gx + gy * gy + gz * gz <= reach * reach:
+                depth[v, u] = np.nan

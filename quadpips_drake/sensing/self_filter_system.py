@@ -6,7 +6,7 @@ from pydrake.systems.sensors import ImageDepth32F
 
 from quadpips_drake.framework.systems import LeafSystem
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.sensing.self_filter import SelfFilterConfig, find_own_body
+from quadpips_drake.sensing.self_filter import SelfFilterConfig, blank_own_body
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.sensing import CameraIntrinsics
@@ -15,7 +15,7 @@ from quadpips_drake.values.sensing import CameraIntrinsics
 class SelfFilter(LeafSystem):
     """Blanks the pixels of a depth image that show the robot itself.
 
-    Each point is held against the shapes of trunk and legs, posed by the measured joint angles; see ``find_own_body``.
+    Each point is held against the shapes of trunk and legs, posed by the measured joint angles; see ``blank_own_body``.
 
     .. pydrake_system::
 
@@ -62,4 +62,4 @@ class SelfFilter(LeafSystem):
             return
         joints = self._state.Eval(context).joint_positions
         with self._timings.measure("self_filter"):
-            result[find_own_body(depth, self._intrinsics, self._X_BC, joints, self._robot, self._config)] = np.nan
+            blank_own_body(result, self._intrinsics, self._X_BC, joints, self._robot, self._config)

@@ -9,12 +9,19 @@ from quadpips_drake.diagrams.simulation_station import SimulationStation, Statio
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.sensing.robot_shapes import load_robot_shapes
-from quadpips_drake.sensing.self_filter import SelfFilterConfig, find_own_body
+from quadpips_drake.sensing.self_filter import SelfFilterConfig, blank_own_body
 from quadpips_drake.sensing.self_filter_system import SelfFilter
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.sensing import CameraIntrinsics
+
+
+def find_own_body(depth, *arguments):
+    """Which pixels of ``depth`` the filter blanks."""
+    blanked = depth.copy()
+    blank_own_body(blanked, *arguments)
+    return np.isnan(blanked) & ~np.isnan(depth)
 
 
 class View:

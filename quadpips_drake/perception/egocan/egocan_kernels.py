@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from quadpips_drake.perception.egocan.view_kernels import sees_through
+from quadpips_drake.perception.egocan.view_kernels import THROUGH, look_at
 
 NEAREST = 0.05
 """Points closer to the axis of the cylinder than this are not on it [m]."""
@@ -84,7 +84,8 @@ def still_believed(chosen, points, depth, camera, margin):
     kept = np.empty(len(chosen), np.int64)
     size = 0
     for k in chosen:
-        if not sees_through(flat[k, 0], flat[k, 1], flat[k, 2], depth, camera, margin):
+        x, y, z = np.float64(flat[k, 0]), np.float64(flat[k, 1]), np.float64(flat[k, 2])  # what look_at is compiled for
+        if look_at(x, y, z, depth, camera, margin) != THROUGH:
             kept[size] = k
             size += 1
     return kept[:size]

@@ -55,12 +55,6 @@ def look_at(x, y, z, depth, camera, margin):
     return judge(depth[i, j], depth[i, j + 1], depth[i + 1, j], depth[i + 1, j + 1], z_C, margin)
 
 
-@njit(cache=True, nogil=True)
-def sees_through(x, y, z, depth, camera, margin):
-    """Whether the image shows something clearly behind the point (x, y, z) of W."""
-    return look_at(x, y, z, depth, camera, margin) == THROUGH
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
 def locate_row(x, first, pitch, heights, camera, rows, columns, pixel, distance):
     """Writes where a row of places (x, (first + k) pitch, heights[k]) of W appears in an image of (rows, columns).

@@ -293,8 +293,11 @@ def _fit_plane(points, chosen, cluster, threshold, a0, b0, d0):
 
 @njit(cache=True, nogil=True)
 def _find_connected(points, normals, assignment, other_points, other_normals, other_assignment, max_step, connected):
-    """Writes which pixels of a row are of the same cluster as the ``other`` ones, each within ``max_step`` [m] of the
-    tangent plane of the other. Points and normals (3 columns,). Free of branches, for many columns at once."""
+    """Writes which pixels of a row are of the same cluster as the ``other`` ones and connected with them.
+
+    Each has to lie within ``max_step`` [m] of the other's tangent plane. Points and normals (3 columns,). Free of branches,
+    for many columns at once.
+    """
     for c in range(len(connected)):
         x, y, z = 3 * c, 3 * c + 1, 3 * c + 2
         d0, d1, d2 = other_points[x] - points[x], other_points[y] - points[y], other_points[z] - points[z]
