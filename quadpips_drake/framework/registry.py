@@ -84,7 +84,7 @@ class Registry:
         return self._entries[name]
 
     def __contains__(self, name: str) -> bool:
-        return name in self.names()
+        return name in self._entries or name in self.names()  # packages are looked through only when they must be
 
     def _keep(self, name: str, entry: Entry) -> Entry:
         section = entry.section or name.replace("-", "_")

@@ -31,23 +31,20 @@ def join_path(p_WB, yaw, positions, yaws, chain, end, support, robot, config) ->
     return _turn(points, _face_along(points, chosen), yaw, config)
 
 
-def _walk_cost(points, yaws, support, robot, config) -> float:
-    """Returns length plus penalty for poor ground of walking straight through ``points`` (n, 3); inf where a leg has none.
-
-    ``yaws`` (n - 1,) are those on the way to each point.
-    """
-    cost = 0.0
-    for start, end, yaw in zip(points[:-1], points[1:], yaws, strict=True):
-        length = float(np.linalg.norm(end - start))
-        samples = start + np.linspace(0.0, 1.0, max(int(length / 0.08), 1) + 1)[1:, None] * (end - start)
-        poses = np.column_stack([samples[:, :2], np.full(len(samples), yaw)])
-        penalty = ground_penalty(support, poses, samples[:, 2] - robot.nominal_base_height, robot, config)
-        cost += length * (1.0 + float(penalty.mean()))
-    return cost
+def _walk_cost(start, end, yaw, support, robot, config) -> float:
+    """Returns length plus penalty for poor ground of walking straight from ``start`` to ``end``, (3,) each, facing ``yaw``;
+    inf where a leg has none."""
+    length = float(np.linalg.norm(end - start))
+    samples = start + np.linspace(0.0, 1.0, max(int(length / 0.08), 1) + 1)[1:, None] * (end - start)
+    poses = np.column_stack([samples[:, :2], np.full(len(samples), yaw)])
+    penalty = ground_penalty(support, poses, samples[:, 2] - robot.nominal_base_height, robot, config)
+    return length * (1.0 + float(penalty.mean()))
 
 
 def _shortcut(points, chosen, support, robot, config) -> list[int]:
     """Returns the indices of the nodes to keep: from each the furthest one to which the straight way is no worse."""
+    ground = support, robot, config
+    steps = [_walk_cost(points[k], points[k + 1], chosen[k + 1], *ground) for k in range(len(points) - 1)]
     kept = [0]
     while kept[-1] < len(points) - 1:
         i = kept[-1]
@@ -57,11 +54,8 @@ def _shortcut(points, chosen, support, robot, config) -> list[int]:
             direction = np.arctan2(way[1], way[0])
             if np.abs(wrap_angle(chosen[i + 1 : j + 1] - direction)).max() > _FACING:
                 continue  # the search wanted to walk sideways or to turn: leave that part as it is
-            straight = _walk_cost(points[[i, j]], [direction], support, robot, config)
-            if (
-                np.isfinite(straight)
-                and straight <= _walk_cost(points[i : j + 1], chosen[i + 1 : j + 1], support, robot, config) + 1e-6
-            ):
+            straight = _walk_cost(points[i], points[j], direction, *ground)
+            if np.isfinite(straight) and straight <= sum(steps[i:j]) + 1e-6:
                 target = j
                 break
         kept.append(target)
