@@ -8,7 +8,6 @@ import numpy as np
 
 from quadpips_drake.benchmark import growth_loads
 from quadpips_drake.benchmark.study_pool import Study, run_study
-from quadpips_drake.files import write_json
 
 STORE, EXPONENTS, PICTURE = "growth.json", "exponents.json", "growth.png"
 """Files in the folder of the study: what was measured, by family and size; exponents, by family and curve; the curves."""
@@ -110,14 +109,6 @@ def exponents(results: dict, names: list[str], *, quick: bool = False) -> dict[s
         powers = {curve: power_of(curve, *points) for curve, points in curves(results, name, quick=quick).items()}
         fitted[name] = {curve: round(power[1], 3) for curve, power in powers.items() if power is not None}
     return fitted
-
-
-def save_report(results: dict, names: list[str], folder: Path, *, quick: bool = False) -> None:
-    """Writes exponents and curves of the families ``names`` into ``folder``."""
-    from quadpips_drake.benchmark.growth_picture import growth_figure
-
-    write_json(folder / EXPONENTS, exponents(results, names, quick=quick))
-    growth_figure(results, names, quick=quick).savefig(folder / PICTURE, dpi=100)
 
 
 def table_rows(results: dict, names: list[str], *, quick: bool = False) -> list[tuple[str, str, str, str, str]]:

@@ -1,10 +1,13 @@
 """The page of the study of growth: computing time and memory against size, on logarithmic scales, with fitted powers."""
 
+from pathlib import Path
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from quadpips_drake.benchmark.growth import FAMILIES, MEMORY, curves, power_of, upper_half
+from quadpips_drake.benchmark.growth import EXPONENTS, FAMILIES, MEMORY, PICTURE, curves, exponents, power_of, upper_half
+from quadpips_drake.files import write_json
 
 
 def growth_figure(results: dict, names: list[str], *, quick: bool = False) -> Figure:
@@ -33,3 +36,9 @@ def _draw(axes: Axes, curve: str, sizes: np.ndarray, values: np.ndarray) -> None
     if power is not None:
         fitted = sizes[upper_half(sizes)]
         axes.loglog(fitted, power[0] * fitted ** power[1], linestyle="--", linewidth=1, color=line.get_color())
+
+
+def save_report(results: dict, names: list[str], folder: Path, *, quick: bool = False) -> None:
+    """Writes exponents and curves of the families ``names`` into ``folder``."""
+    write_json(folder / EXPONENTS, exponents(results, names, quick=quick))
+    growth_figure(results, names, quick=quick).savefig(folder / PICTURE, dpi=100)

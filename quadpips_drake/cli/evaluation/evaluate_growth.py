@@ -34,6 +34,7 @@ def growth(
 ):
     """Measure computing time and memory against terrain elements, pixels, knots and regions, and fit exponents."""
     from quadpips_drake.benchmark import growth as study
+    from quadpips_drake.benchmark.growth_picture import save_report
     from quadpips_drake.benchmark.study_pool import load_results
 
     names = only.split(",") if only else list(study.FAMILIES)
@@ -42,7 +43,7 @@ def growth(
             raise unknown_name("family", name, study.FAMILIES)
     with ResultDirectory(out, ()):  # what it holds is kept, and added to
         done = study.run_growth(names, out, load_results(out / study.STORE), quick=quick)
-        study.save_report(done.results, names, out, quick=quick)
+        save_report(done.results, names, out, quick=quick)
     _print_table(study.table_rows(done.results, names, quick=quick))
     say(f"curves: {out / study.PICTURE}")
     raise typer.Exit(status_of(done))
