@@ -31,7 +31,7 @@ from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
-from quadpips_drake.sensing.self_filter import find_own_body
+from quadpips_drake.sensing.self_filter import blank_own_body
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.terrain_file import write_terrain_file
 from quadpips_drake.terrain.truth import GroundTruth
@@ -190,7 +190,8 @@ def _look(m: Measurement, camera: DepthCameraConfig) -> None:
         context.SetTime(1e-3 * (1 + repetition))
         m.time("rendering", lambda: port.Eval(context))
         m.time(
-            "self-filter", lambda: find_own_body(depth, intrinsics, X_BC, state.joint_positions, robot, config.self_filter)
+            "self-filter",
+            lambda: blank_own_body(depth.copy(), intrinsics, X_BC, state.joint_positions, robot, config.self_filter),
         )
         m.time("normals", lambda: make_affordance_image(depth, state, X_BC, intrinsics, config.normals))
         m.time("egocan", lambda: update_memory(memory, [newer], 0.0, config.egocan))
