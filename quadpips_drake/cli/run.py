@@ -11,6 +11,7 @@ from quadpips_drake.cli.trials import (
     MeshcatHost,
     NoRecording,
     Overwrite,
+    Profile,
     Robot,
     Scenario,
     Seed,
@@ -74,6 +75,7 @@ def run(
     meshcat: Annotated[bool, typer.Option("--meshcat", help="Show the run in a browser; prints the address.")] = False,
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
+    profile: Profile = False,
     sets: Sets = None,
 ):
     """Let a robot walk from start to goal by its own camera, in simulation.
@@ -90,8 +92,8 @@ def run(
 
     host = watched_from(meshcat, meshcat_host)
     out = out or default_directory(config)
-    status = run_and_report(run_trial, config, out, recording=not no_recording, overwrite=overwrite, meshcat_host=host)
-    raise typer.Exit(status)
+    options = {"overwrite": overwrite, "profile": profile, "meshcat_host": host}
+    raise typer.Exit(run_and_report(run_trial, config, out, recording=not no_recording, **options))
 
 
 def resolve_trial_config(scenario: Path | None, options: dict, sets: list[str]):

@@ -19,6 +19,9 @@ Scenario = Annotated[
 Robot = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="anymal_c, go2, or a robot.yaml. Default: anymal_c.")]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Of all random numbers. Default: 0.")]
 Start = Annotated[str | None, typer.Option(metavar="X,Y,YAW", help="Start, m and rad. Default: the terrain's.")]
+Profile = Annotated[
+    bool, typer.Option("--profile", help="Also write profile.html: where the computing time of the simulation went.")
+]
 NoRecording = Annotated[bool, typer.Option("--no-recording", help="Do not write recording.html.")]
 Sets = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value; may be repeated.")]
 Latency = Annotated[
@@ -135,6 +138,8 @@ def run_and_report(
     there = _contents(out)
     if "recording.html" in there:
         console.say(f"recording: {out / 'recording.html'} (open it in a browser)")
+    if "profile.html" in there:
+        console.say(f"profile:   {out / 'profile.html'} (open it in a browser)")
     if "result.json" in there:
         console.say(f"result:    {out / 'result.json'}")
     return console.SUCCESS if result.success else console.FAILURE

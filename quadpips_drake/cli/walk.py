@@ -11,6 +11,7 @@ from quadpips_drake.cli.trials import (
     MeshcatHost,
     NoRecording,
     Overwrite,
+    Profile,
     Robot,
     Scenario,
     Seed,
@@ -80,6 +81,7 @@ def walk(
     ] = False,
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
+    profile: Profile = False,
     sets: Sets = None,
 ):
     """Let a robot walk by velocity command, in simulation; it sees nothing.
@@ -94,7 +96,7 @@ def walk(
 
     config = resolve_walk_config(scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
     host = watched_from(meshcat, meshcat_host)
-    options = {"overwrite": overwrite, "meshcat_host": host, "panel": host is not None}
+    options = {"overwrite": overwrite, "profile": profile, "meshcat_host": host, "panel": host is not None}
     raise typer.Exit(
         run_and_report(run_walk, config, out or default_directory(config), recording=not no_recording, **options)
     )

@@ -2,7 +2,8 @@
 
 import traceback
 from collections.abc import Callable
-from functools import partial
+from contextlib import nullcontext
+from functools import cache, partial
 from pathlib import Path
 
 from quadpips_drake.compiling import on_compiling, remove_broken_kernels
@@ -10,6 +11,8 @@ from quadpips_drake.configuration.loading import save_config
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.files import replacing, write_text
 from quadpips_drake.interruption import undisturbed
+from quadpips_drake.trials.profiling.simulation_profiler import SimulationProfiler
+from quadpips_drake.trials.profiling.trial_profile import profile_of
 from quadpips_drake.trials.result import TrialResult, installed_versions
 from quadpips_drake.trials.result_directory import ResultDirectory, why
 from quadpips_drake.trials.simulated_trial import BREAKDOWNS, SimulatedTrial, SimulationConfig, in_one_line
@@ -25,13 +28,14 @@ def record_trial(
     *,
     recording: bool,
     overwrite: bool = False,
+    profile: bool = False,
     meshcat=None,
     progress: Callable[[float], None] | None = None,
     announce: Callable[[str], None] = lambda text: None,
     warm_up: Callable[[], object] = warm_up,
     **options,
 ) -> TrialResult:
-    """Runs a trial and writes result.json, config.yaml, log.npz and (if wanted) recording.html into ``out``.
+    """Runs a trial and writes result.json, config.yaml, log.npz and, if wanted, recording.html and a profile into ``out``.
 
     What was computed is written even when the trial is interrupted or breaks off; then error.txt has the details. For a
     start or goal that makes no sense result.json says so before the UserInputError goes on to the caller. Results of an
@@ -43,6 +47,7 @@ def record_trial(
         out: directory for the files, made when missing.
         recording: whether to write recording.html.
         overwrite: whether earlier results in ``out`` may be replaced.
+        profile: whether to write profile.html and profile.json: where the computing time of the simulation went.
         meshcat: a Meshcat to show the trial in while it runs; made when a recording is wanted.
         progress: called with the simulated time [s] now and then.
         announce: told what goes on before and after the simulation.
@@ -68,7 +73,7 @@ def record_trial(
             if meshcat is not None:
                 draw_course(meshcat, trial.terrain)
             _begin(config, directory)
-            return _simulate(trial, directory, meshcat if recording else None, progress, announce)
+            return _simulate(trial, directory, meshcat if recording else None, profile, progress, announce)
 
 
 def _begin(config: SimulationConfig, directory: ResultDirectory) -> None:
@@ -104,13 +109,14 @@ def _refused(config: SimulationConfig, directory: ResultDirectory, error: BaseEx
     return result
 
 
-def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, progress, announce) -> TrialResult:
+def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, profile, progress, announce) -> TrialResult:
     """Runs the trial and writes its files; ``recorder``: the Meshcat that records it, or None."""
     if recorder is not None:
         start_recording(recorder)
-    interrupt = None
+    interrupt, profiler = None, SimulationProfiler() if profile else None
     try:
-        trial.run(progress)
+        with profiler or nullcontext():
+            trial.run(profiler.watching(progress) if profiler else progress)
     except KeyboardInterrupt as signal:
         interrupt = signal
     with undisturbed():
@@ -121,6 +127,10 @@ def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, progr
             files["error.txt"] = lambda path: write_text(path, trial.traceback)
         if recorder is not None:
             files["recording.html"] = partial(save_recording, recorder, title=trial.title())
+        if profiler is not None:
+            found = cache(lambda: profile_of(trial, profiler))
+            files["profile.json"] = lambda path: found().save_json(path)
+            files["profile.html"] = lambda path: found().save_html(path)
         failures = _write(files, directory)
     if interrupt is not None:
         if failures:

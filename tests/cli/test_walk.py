@@ -50,13 +50,16 @@ def test_a_short_walk_leaves_its_files(tmp_path):
         "1.2",
         "--push",
         "5,0,0,0.8,0.1",
+        "--profile",
         "--out",
         tmp_path,
     ]
     status, output, _ = quadpips("walk", *arguments)
     assert status == 0
     assert "success: upright after 1.2 s" in output
-    assert {path.name for path in tmp_path.iterdir()} == {"result.json", "recording.html", "config.yaml", "log.npz"}
+    assert f"profile:   {tmp_path / 'profile.html'} (open it in a browser)" in output
+    results = {"result.json", "recording.html", "config.yaml", "log.npz", "profile.html", "profile.json"}
+    assert {path.name for path in tmp_path.iterdir()} == results
     result = json.loads((tmp_path / "result.json").read_text())
     assert result["success"]
     assert (result["reason"], result["robot"], result["terrain"]) == ("upright", "go2", "flat")
