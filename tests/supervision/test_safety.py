@@ -7,6 +7,7 @@ import pytest
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.math.rotations import rotation_from_rpy
+from quadpips_drake.framework.stage import _Remembered
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.supervision.safety import SafetyConfig, SafetyMemory, fall_reason, height_above_feet, watch
@@ -99,7 +100,7 @@ def test_the_reference_is_dropped_until_a_newer_one_comes():
         monitor.GetInputPort("abort").FixValue(context, abort)
         memory = SafetyMemory.empty()
         memory = replace(memory, status=replace(memory.status, unstable=unstable), released=released)
-        context.SetAbstractState(0, memory)
+        context.SetAbstractState(0, _Remembered(None, ((0.0, memory),)))
         return monitor.GetOutputPort("safe_reference").Eval(context).request_id
 
     assert published(False, -np.inf) == 7
