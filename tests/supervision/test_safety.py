@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.framework.stage import _Remembered
+from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.supervision.safety import SafetyConfig, SafetyMemory, fall_reason, height_above_feet, watch
