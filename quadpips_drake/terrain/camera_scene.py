@@ -1,7 +1,7 @@
 """Puts a terrain into the scene that depth cameras look at, such that it renders quickly.
 
-VTK on a processor shades every pixel of every face, hidden or not, and starts anew for each geometry. So boxes and meshes become
-one mesh, without the faces that no camera on a walking robot can look at: a third to a half of the time of an image.
+VTK on a processor shades every pixel of every face, hidden or not, and starts anew for each geometry. So boxes and meshes
+become one mesh, without the faces that no camera on a walking robot can look at: a fifth to a half of an image's time.
 """
 
 import numpy as np
