@@ -1,4 +1,8 @@
-"""When to plan, when to stop, when to give up: the state machine around the planner (QuadPiPS section VII-A)."""
+"""When to plan, when to stop, when to give up: the state machine around the planner (QuadPiPS section VII-A).
+
+The next plan is made while the robot still walks: it begins where the present reference will lead, all feet down between two
+swings, and is joined to it there. The robot stands to plan only when there is no next plan in time.
+"""
 
 from dataclasses import dataclass, field, replace
 
@@ -9,11 +13,13 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
-from quadpips_drake.values.plans import FootholdPlan, PlanRequest
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest, PlanStart
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.status import SafetyStatus, StageStatus
 
+_MORE_LEAD = 0.2
+"""By how much the next plan is asked for earlier after one that came too late [s]."""
 _PUBLICATION_TIME = 0.05
 """How long after its status a reference is published at the latest [s]."""
 
@@ -45,6 +51,11 @@ class MonitorConfig(StageConfig):
     """A reference is completed when the base is this close to its last position [m] and its time is over."""
     completion_timeout: float = ranged(1.0, 0.0, 1000.0)
     """... or this long after its time is over [s], wherever the base is."""
+    replaced_swings: int = ranged(1, 0, 20)
+    """The next plan is made while the robot walks, and takes the place of this many last swings of the present one."""
+    lead_time: float = ranged(0.75, 0.0, 100.0)
+    """How long before the next plan begins it is asked for [s]; more after one that came too late. 0: the robot stands
+    between plans, as in the release."""
 
     def __post_init__(self):
         super().__post_init__()
@@ -89,6 +100,14 @@ class Monitor(ImmutableValue):
     aborts: int = 0
     failed_plans: int = 0
     failed_in_a_row: int = 0
+    followed: int = 0
+    """Request id of the reference that is being followed while walking; the last request may be for the next one."""
+    refused: bool = False
+    """Whether a plan that was to continue the present reference failed: then the robot walks to its end, and stands."""
+    lead: float = 0.0
+    """What MonitorConfig.lead_time has grown by [s]."""
+    late_plans: int = 0
+    """Plans that were ready after they were to begin."""
 
 
 def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **changes) -> Monitor:
@@ -129,17 +148,24 @@ def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monito
     if now.reference.request_id == asked and len(now.reference.times):
         plan = now.foothold_plan
         reason = f"{len(plan.swing_legs)} swings" if plan.request_id == asked else "a new reference"
-        return _enter(monitor, "walking", now.time, reason, failed_in_a_row=0)
+        return _enter(monitor, "walking", now.time, reason, failed_in_a_row=0, followed=asked, refused=False)
+    monitor, problem = _look_for_problem(monitor, now)
+    if not problem and now.time - monitor.since >= config.planning_timeout:
+        problem = f"no reference came within {config.planning_timeout:g} s"
+    return _fail(monitor, now, problem, config) if problem else monitor
+
+
+def _look_for_problem(monitor: Monitor, now: Situation) -> tuple[Monitor, str]:
+    """Why there will be no reference for the last request; empty while there may be one."""
+    asked = monitor.request.id
     if now.foothold_plan.request_id == asked and not now.foothold_plan.success:
-        return _fail(monitor, now, now.foothold_plan.reason, config)
+        return monitor, now.foothold_plan.reason
     if now.trajectory_status.request_id == asked and not now.trajectory_status.ok:
         # That may also mean that the reference is shorter than the plan; then it is published in a moment.
         if now.time - monitor.failing_since >= _PUBLICATION_TIME:
-            return _fail(monitor, now, now.trajectory_status.reason, config)
-        monitor = replace(monitor, failing_since=min(monitor.failing_since, now.time))
-    if now.time - monitor.since >= config.planning_timeout:
-        return _fail(monitor, now, f"no reference came within {config.planning_timeout:g} s", config)
-    return monitor
+            return monitor, now.trajectory_status.reason
+        return replace(monitor, failing_since=min(monitor.failing_since, now.time)), ""
+    return monitor, ""
 
 
 def _fail(monitor: Monitor, now: Situation, reason: str, config: MonitorConfig) -> Monitor:
@@ -152,8 +178,9 @@ def _fail(monitor: Monitor, now: Situation, reason: str, config: MonitorConfig) 
 
 def _walking(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     reference = now.reference
-    if reference.request_id != monitor.request.id or not len(reference.times):
+    if reference.request_id not in (monitor.followed, monitor.request.id) or not len(reference.times):
         return _pause(monitor, now, config.pause, "the reference was dropped", config)
+    monitor = _look_ahead(monitor, now, config)
     late = now.time - float(reference.times[-1])
     distance = float(np.linalg.norm(now.state.p_WB - reference.states[-1, CentroidalState.POSITION]))
     if late >= 0.0 and distance <= config.near_end:
@@ -161,6 +188,47 @@ def _walking(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor
     if late >= config.completion_timeout:
         return _pause(monitor, now, config.pause, f"the reference ended {distance:.2f} m away", config)
     return monitor
+
+
+def _look_ahead(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    """Asks for the plan after the present one when it is time, and sees what becomes of it."""
+    reference, asked = now.reference, monitor.request
+    if reference.request_id == asked.id != monitor.followed:
+        reason = f"{len(now.foothold_plan.swing_legs)} swings, joined"
+        return replace(monitor, followed=asked.id, refused=False, failed_in_a_row=0, reason=reason)
+    if asked.id != monitor.followed:
+        if monitor.refused:
+            return monitor
+        monitor, problem = _look_for_problem(monitor, now)
+        if problem:
+            return replace(monitor, refused=True, failed_plans=monitor.failed_plans + 1, reason=f"no next plan: {problem}")
+        if now.time > asked.start.time + _PUBLICATION_TIME:
+            lead, late = monitor.lead + _MORE_LEAD, monitor.late_plans + 1
+            return replace(monitor, refused=True, late_plans=late, lead=lead, reason="the next plan is late")
+        return monitor
+    start = next_start(reference, now, config, config.lead_time + monitor.lead)
+    if start is None or now.time < start.time - config.lead_time - monitor.lead:
+        return monitor
+    request = PlanRequest(asked.id + 1, now.time, now.goal, start)
+    return replace(monitor, request=request, replans=monitor.replans + 1, failing_since=np.inf)
+
+
+def next_start(reference: WholeBodyReference, now: Situation, config: MonitorConfig, lead: float) -> PlanStart | None:
+    """Where the plan after ``reference`` begins: between swings, before the last ``replaced_swings`` ones or later.
+
+    None when the reference leads to the goal, when there is no such moment ``lead`` [s] or more ahead, or without lead time.
+    """
+    end = reference.states[-1, CentroidalState.POSITION]
+    if config.lead_time == 0.0 or np.hypot(*(end[:2] - now.goal)) <= config.goal_tolerance:
+        return None
+    # Half-way between a touch-down and the lift-off after it; the end counts as well.
+    events = reference.schedule.event_times
+    begins = [*(0.5 * (events[1:-1:2] + events[2::2])), reference.end_time]
+    begins = [time for time in begins[-1 - config.replaced_swings :] if time >= now.time + lead - 1.0 / config.rate]
+    if not begins:
+        return None
+    sample = int(np.argmin(np.abs(reference.times - begins[0])))
+    return PlanStart(reference.request_id, float(reference.times[sample]), reference.states[sample])
 
 
 def _recovering(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:

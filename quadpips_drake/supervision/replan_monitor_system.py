@@ -95,6 +95,7 @@ class ReplanMonitor(Stage):
             fallbacks={
                 "failed_plans": monitor.failed_plans,
                 "aborted_references": monitor.aborts,
+                "late_plans": monitor.late_plans,
                 "swing_trajectory": now.trajectory_status.fallbacks,
             },
             distance_to_goal=now.distance_to_goal,

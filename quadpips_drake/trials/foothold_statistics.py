@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from quadpips_drake.values.reference import SETTLING_TIME
+
 
 def foothold_statistics(
     references: list,
@@ -14,13 +16,13 @@ def foothold_statistics(
 ) -> dict:
     """Counts planned, missed and slipped footholds.
 
-    A foothold is *missed* when the foot is more than ``miss_distance`` [m] off (horizontally) 0.1 s after its planned
+    A foothold is *missed* when the foot is more than ``miss_distance`` [m] off (horizontally) SETTLING_TIME after its planned
     touch-down or has not touched the ground by then; it is *slipped* when the foot, once down, moves more than
     ``slip_distance`` [m] horizontally before it is lifted again (or its plan ends).
 
     Args:
         references: the published WholeBodyReferences in order; a newer one cancels the footholds that an older one
-            still had.
+            still had, or takes them over.
         time: sample times [s], (n,).
         foot_positions: foot centres in W [m], (n, 4, 3).
         contacts: measured contacts, (n, 4).
@@ -30,7 +32,7 @@ def foothold_statistics(
     for i, reference in enumerate(references):
         cancelled = references[i + 1].stamp if i + 1 < len(references) else np.inf
         for foothold in reference.footholds:
-            settled = foothold.touchdown_time + 0.1
+            settled = foothold.touchdown_time + SETTLING_TIME
             if settled > min(time[-1], cancelled):
                 continue
             counts["planned"] += 1

@@ -12,6 +12,18 @@ _NOTHING_ASKED = "nothing was asked for yet"
 
 
 @dataclass(frozen=True, eq=False)
+class PlanStart(ImmutableValue):
+    """Where a plan begins that is made ahead, while another one is being followed: a moment with all feet down of that one."""
+
+    follows: int
+    """Request id of the reference that leads there."""
+    time: float
+    """When [s]."""
+    state: np.ndarray
+    """State of the centroidal model there, as WholeBodyReference has it, (24,)."""
+
+
+@dataclass(frozen=True, eq=False)
 class PlanRequest(ImmutableValue):
     """A wish for a new plan; stages plan once for each new ``id``. The id 0 asks for nothing."""
 
@@ -20,6 +32,8 @@ class PlanRequest(ImmutableValue):
     """Time of the request [s]."""
     goal: np.ndarray
     """Goal of the torso in the world, xy [m], shape (2,)."""
+    start: PlanStart | None = None
+    """Where the plan begins; None: where the robot is."""
 
     @staticmethod
     def empty() -> "PlanRequest":
@@ -39,6 +53,8 @@ class TorsoPath(ImmutableValue):
     """The RegionSet that was searched."""
     reason: str = ""
     """Empty when a path was found; else why not."""
+    start: PlanStart | None = None
+    """That of the request."""
 
     @staticmethod
     def empty() -> "TorsoPath":
@@ -95,6 +111,8 @@ class FootholdPlan(ImmutableValue):
     """Whether the last stance is at the waypoint; else it is as near as the steps of one plan led."""
     time_limit_hit: bool = False
     """Whether the wall-clock limit cut the search short."""
+    start: PlanStart | None = None
+    """That of the request: where ``stances[0]`` comes from."""
 
     @staticmethod
     def empty() -> "FootholdPlan":

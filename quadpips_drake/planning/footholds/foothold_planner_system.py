@@ -1,8 +1,11 @@
 """FootholdPlanner: the foothold search as a Drake system."""
 
+from dataclasses import replace
+
 from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
+from quadpips_drake.planning.start_stance import state_at_start
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.plans import FootholdPlan, PlanSketch, TorsoPath
 from quadpips_drake.values.robot_state import RobotState
@@ -24,7 +27,7 @@ class FootholdPlanner(Stage):
         - foothold_plan
         - plan
 
-    - robot_state: RobotState, frame W.
+    - robot_state: RobotState, frame W; a plan begins there unless the path was asked for from another start.
     - torso_path: TorsoPath, frame W, with its regions; a new ``request_id`` asks for a plan, 0 for nothing. If it failed,
       the plan fails with the same reason.
     - foothold_plan: FootholdPlan, frame W, for the last path; it has no stances and a reason when nothing was found. Looks
@@ -50,4 +53,6 @@ class FootholdPlanner(Stage):
     def update(self, inputs: Inputs, memory: FootholdPlan, time: float) -> FootholdPlan:
         """Plans along the path."""
         path = inputs.torso_path
-        return search_footholds(inputs.robot_state, path.regions, path, self._robot, self.config)
+        state = state_at_start(inputs.robot_state, path.start)
+        plan = search_footholds(state, path.regions, path, self._robot, self.config)
+        return replace(plan, start=path.start)

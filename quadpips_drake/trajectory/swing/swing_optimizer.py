@@ -230,6 +230,7 @@ def _assemble(states, inputs, setups, plan, stamp):
         np.vstack((inputs, inputs[-1:])),
         ContactSchedule(np.array(events), np.array(stance)),
         tuple(footholds),
+        plan.start,
     )
 
 

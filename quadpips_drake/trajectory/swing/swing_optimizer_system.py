@@ -39,7 +39,7 @@ class SwingTrajectoryOptimizer(Stage):
         - status
         - swing_plan
 
-    - robot_state: RobotState, frame W; read once for each new plan.
+    - robot_state: RobotState, frame W; read once for each new plan that begins where the robot is.
     - foothold_plan: FootholdPlan, frame W; looked for at ``config.rate`` (50 Hz); a plan without stances, or whose
       ``request_id`` was dealt with before, is ignored.
     - reference: WholeBodyReference of the last plan that was dealt with, frame W, times relative to its first sample (0 s);
@@ -82,7 +82,8 @@ class SwingTrajectoryOptimizer(Stage):
     def update(self, inputs: Inputs, memory: _Memory, time: float) -> _Memory:
         """Optimises the swings of the foothold plan."""
         plan = inputs.foothold_plan
-        x0 = self._optimizer.model.state_from_robot_state(inputs.robot_state)
+        start = plan.start
+        x0 = self._optimizer.model.state_from_robot_state(inputs.robot_state) if start is None else start.state
         result = self._optimizer.optimize(x0, plan, time)
         for report in result.reports:
             self.timings.record("swing", report.elapsed)
