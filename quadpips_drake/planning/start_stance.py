@@ -40,7 +40,7 @@ def _distance_to_plane(region: PlanarRegion, center: np.ndarray, radius: float) 
 
 
 def state_at_start(measured: RobotState, start: PlanStart | None) -> RobotState:
-    """The state in which a plan begins: the ``measured`` one, or that to which the present reference leads, all feet down."""
+    """The state in which a plan begins: the ``measured`` one, or that where the present reference leads."""
     if start is None:
         return measured
     x = start.state

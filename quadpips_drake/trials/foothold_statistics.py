@@ -16,8 +16,8 @@ def foothold_statistics(
 ) -> dict:
     """Counts planned, missed and slipped footholds.
 
-    A foothold is *missed* when the foot is more than ``miss_distance`` [m] off (horizontally) SETTLING_TIME after its planned
-    touch-down or has not touched the ground by then; it is *slipped* when the foot, once down, moves more than
+    A foothold is *missed* when the foot is more than ``miss_distance`` [m] off (horizontally) SETTLING_TIME after its
+    planned touch-down or has not touched the ground by then; it is *slipped* when the foot, once down, moves more than
     ``slip_distance`` [m] horizontally before it is lifted again (or its plan ends).
 
     Args:

@@ -13,7 +13,7 @@ _NOTHING_ASKED = "nothing was asked for yet"
 
 @dataclass(frozen=True, eq=False)
 class PlanStart(ImmutableValue):
-    """Where a plan begins that is made ahead, while another one is being followed: a moment with all feet down of that one."""
+    """Where a plan begins that is made while another one is followed: a moment of that one with all feet down."""
 
     follows: int
     """Request id of the reference that leads there."""

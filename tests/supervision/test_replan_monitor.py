@@ -190,7 +190,7 @@ def test_the_next_plan_is_asked_for_while_walking_from_where_the_robot_will_be()
 
 
 def test_a_next_plan_that_fails_lets_the_robot_walk_to_the_end_and_stand():
-    story, first, begin = walking_ahead()
+    story, _, begin = walking_ahead()
     asked = story.monitor.request.id
     monitor = story.goes_on(0.1, foothold_plan=FootholdPlan(0.0, asked, reason="a gap"))
     assert (monitor.phase, monitor.failed_plans, monitor.failed_in_a_row) == ("walking", 1, 0)
@@ -203,7 +203,7 @@ def test_a_next_plan_that_fails_lets_the_robot_walk_to_the_end_and_stand():
 
 
 def test_a_next_plan_that_is_late_is_asked_for_earlier_the_next_time():
-    story, first, begin = walking_ahead()
+    story, _, _ = walking_ahead()
     start = story.monitor.request.start.time
     monitor = story.goes_on(start + 0.2 - story.now.time)
     assert (monitor.phase, monitor.late_plans, monitor.failed_plans) == ("walking", 1, 0)
