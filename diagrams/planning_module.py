@@ -79,6 +79,8 @@ class PlanningModule(Diagram):
         builder.Connect(publisher.GetOutputPort("reference"), monitor.GetInputPort("reference"))
         builder.Connect(footholds.GetOutputPort("foothold_plan"), monitor.GetInputPort("foothold_plan"))
         builder.Connect(swings.GetOutputPort("status"), monitor.GetInputPort("trajectory_status"))
+        builder.Connect(swings.GetOutputPort("refused_swings"), monitor.GetInputPort("refused_swings"))
+        builder.Connect(monitor.GetOutputPort("swings_to_avoid"), footholds.GetInputPort("refused_swings"))
         builder.Connect(monitor.GetOutputPort("plan_request"), torso.GetInputPort("plan_request"))
         builder.Connect(monitor.GetOutputPort("abort"), publisher.GetInputPort("abort"))
 

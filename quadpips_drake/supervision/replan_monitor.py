@@ -9,13 +9,15 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
-from quadpips_drake.values.plans import FootholdPlan, PlanRequest
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest, RefusedSwings
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.status import SafetyStatus, StageStatus
 
 _PUBLICATION_TIME = 0.05
 """How long after its status a reference is published at the latest [s]."""
+_SURROUNDINGS = 1.5
+"""Refused swings are forgotten when the robot is further than this from where they begin [m]."""
 
 
 @configuration
@@ -41,6 +43,9 @@ class MonitorConfig(StageConfig):
     """A request without a reference for this long has failed [s]."""
     max_failed_plans: int = ranged(5, 1, 1_000_000)
     """As many failures in a row end in no_plan."""
+    max_refusals: int = ranged(8, 0, 1000)
+    """How often in a row a plan whose first swing was refused is asked for again at once, without that swing; then it has
+    failed [1]."""
     near_end: float = ranged(0.15, 0.0, 100.0)
     """A reference is completed when the base is this close to its last position [m] and its time is over."""
     completion_timeout: float = ranged(1.0, 0.0, 1000.0)
@@ -65,6 +70,8 @@ class Situation:
     trajectory_status: StageStatus
     goal: np.ndarray
     safety: SafetyStatus = field(default_factory=SafetyStatus.empty)
+    refused: RefusedSwings = field(default_factory=RefusedSwings.empty)
+    """What the trajectory stage refused of the last plan."""
 
     @property
     def distance_to_goal(self) -> float:
@@ -89,6 +96,9 @@ class Monitor(ImmutableValue):
     aborts: int = 0
     failed_plans: int = 0
     failed_in_a_row: int = 0
+    refused: RefusedSwings = field(default_factory=RefusedSwings.empty)
+    """Swings that no plan shall have again, until the robot has moved on."""
+    refusals_in_a_row: int = 0
 
 
 def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **changes) -> Monitor:
@@ -99,7 +109,23 @@ def advance(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     """Returns the monitor's memory after looking at the situation ``now``."""
     if now.safety.unstable and monitor.phase in ("pausing", "planning", "walking", "goal_reached"):
         return _enter(monitor, "recovering", now.time, now.safety.reason, aborts=monitor.aborts + 1)
+    monitor = _with_refusals(monitor, now)
     return _STEPS[monitor.phase](monitor, now, config)
+
+
+def _with_refusals(monitor: Monitor, now: Situation) -> Monitor:
+    """Remembers what was refused of the present request, once."""
+    new = now.refused.request_id == monitor.request.id > monitor.refused.request_id and now.refused.swings
+    if not new:
+        return monitor
+    return replace(monitor, refused=RefusedSwings(now.refused.request_id, (*monitor.refused.swings, *now.refused.swings)))
+
+
+def _near(refused: RefusedSwings, state: RobotState) -> RefusedSwings:
+    """Those that begin about where the robot is."""
+    centers = [(swing, swing.start[:, :2].mean(axis=0)) for swing in refused.swings]
+    near = (swing for swing, center in centers if np.hypot(*(center - state.p_WB[:2])) < _SURROUNDINGS)
+    return replace(refused, swings=tuple(near))
 
 
 def _standing_up(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
@@ -121,7 +147,8 @@ def _pausing(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor
         return monitor
     request = PlanRequest(monitor.request.id + 1, now.time, now.goal)
     replans = monitor.replans + (monitor.request.id > 0)
-    return _enter(monitor, "planning", now.time, monitor.reason, request=request, replans=replans, failing_since=np.inf)
+    changes = {"request": request, "replans": replans, "failing_since": np.inf, "refused": _near(monitor.refused, now.state)}
+    return _enter(monitor, "planning", now.time, monitor.reason, **changes)
 
 
 def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
@@ -129,7 +156,7 @@ def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monito
     if now.reference.request_id == asked and len(now.reference.times):
         plan = now.foothold_plan
         reason = f"{len(plan.swing_legs)} swings" if plan.request_id == asked else "a new reference"
-        return _enter(monitor, "walking", now.time, reason, failed_in_a_row=0)
+        return _enter(monitor, "walking", now.time, reason, failed_in_a_row=0, refusals_in_a_row=0)
     if now.foothold_plan.request_id == asked and not now.foothold_plan.success:
         return _fail(monitor, now, now.foothold_plan.reason, config)
     if now.trajectory_status.request_id == asked and not now.trajectory_status.ok:
@@ -143,8 +170,12 @@ def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monito
 
 
 def _fail(monitor: Monitor, now: Situation, reason: str, config: MonitorConfig) -> Monitor:
+    refused = now.refused.request_id == monitor.request.id and now.refused.swings
+    if refused and monitor.refusals_in_a_row < config.max_refusals:
+        monitor = replace(monitor, refusals_in_a_row=monitor.refusals_in_a_row + 1)
+        return _pause(monitor, now, 0.0, f"refused: {reason}", config)
     in_a_row = monitor.failed_in_a_row + 1
-    monitor = replace(monitor, failed_in_a_row=in_a_row, failed_plans=monitor.failed_plans + 1)
+    monitor = replace(monitor, failed_in_a_row=in_a_row, failed_plans=monitor.failed_plans + 1, refusals_in_a_row=0)
     if in_a_row >= config.max_failed_plans:
         return _enter(monitor, "no_plan", now.time, f"{in_a_row} plans in a row failed: {reason}")
     return _pause(monitor, now, config.retry_pause, f"the plan failed: {reason}", config)

@@ -7,7 +7,7 @@ from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer, SwingOptimizerConfig
 from quadpips_drake.values.immutable import ImmutableValue
-from quadpips_drake.values.plans import FootholdPlan
+from quadpips_drake.values.plans import FootholdPlan, RefusedSwings
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.status import StageStatus
@@ -16,10 +16,10 @@ from quadpips_drake.values.swing_plan import SwingPlan
 
 @dataclass(frozen=True, eq=False)
 class _Memory(ImmutableValue):
-    """The last plan, and how many swings of all plans were kinematic."""
+    """The last plan, and how many swings of all plans were refused."""
 
     plan: SwingPlan
-    fallbacks: int = 0
+    refusals: int = 0
 
 
 class SwingTrajectoryOptimizer(Stage):
@@ -37,6 +37,7 @@ class SwingTrajectoryOptimizer(Stage):
         output_ports:
         - reference
         - status
+        - refused_swings
         - swing_plan
 
     - robot_state: RobotState, frame W; read once for each new plan.
@@ -45,7 +46,8 @@ class SwingTrajectoryOptimizer(Stage):
     - reference: WholeBodyReference of the last plan that was dealt with, frame W, times relative to its first sample (0 s);
       without samples and with request id 0 before the first, without samples when not even the first swing was possible.
     - status: StageStatus of that request; ``ok`` is False, with the reason, when the reference ends before the plan does;
-      ``fallbacks`` counts kinematic swings.
+      ``fallbacks`` counts refused swings.
+    - refused_swings: RefusedSwings of that request, frame W: the swing that no motion was found for, if there is one.
     - swing_plan: SwingPlan, the reference with a report on every swing.
     """
 
@@ -72,6 +74,7 @@ class SwingTrajectoryOptimizer(Stage):
         self.declare_input("foothold_plan", FootholdPlan)
         self.declare_output("reference", WholeBodyReference, lambda memory: memory.plan.reference)
         self.declare_output("status", StageStatus, _status)
+        self.declare_output("refused_swings", RefusedSwings, _refused)
         self.declare_output("swing_plan", SwingPlan, lambda memory: memory.plan)
 
     def occasion(self, inputs: Inputs) -> int | None:
@@ -86,9 +89,14 @@ class SwingTrajectoryOptimizer(Stage):
         result = self._optimizer.optimize(x0, plan, time)
         for report in result.reports:
             self.timings.record("swing", report.elapsed)
-        return _Memory(result, memory.fallbacks + result.fallbacks)
+        return _Memory(result, memory.refusals + (result.refused is not None))
 
 
 def _status(memory: _Memory) -> StageStatus:
     plan = memory.plan
-    return StageStatus(plan.reference.stamp, plan.reference.request_id, not plan.reason, plan.reason, memory.fallbacks)
+    return StageStatus(plan.reference.stamp, plan.reference.request_id, not plan.reason, plan.reason, memory.refusals)
+
+
+def _refused(memory: _Memory) -> RefusedSwings:
+    plan = memory.plan
+    return RefusedSwings(plan.reference.request_id, () if plan.refused is None else (plan.refused,))

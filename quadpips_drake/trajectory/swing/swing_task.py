@@ -47,8 +47,8 @@ class SwingSetup:
         return np.linspace(0.0, self.duration, self.num_knots + 1)
 
 
-def make_swing_task(model: CentroidalModel, x0, setup: SwingSetup, config: SwingConfig) -> tuple[TrackingTask, bool]:
-    """Returns the tracking task from state ``x0`` (24,), and whether its kinematic reference is within reach throughout.
+def make_swing_task(model: CentroidalModel, x0, setup: SwingSetup, config: SwingConfig) -> TrackingTask:
+    """Returns the tracking task from state ``x0`` (24,).
 
     Base: cubic between the present and the target pose with the given velocities. Swinging feet: splines. Joints: inverse
     kinematics of both. The forces carry the weight.
@@ -75,9 +75,9 @@ def make_swing_task(model: CentroidalModel, x0, setup: SwingSetup, config: Swing
         path = spline.sample(times)
         foot_p[:, leg], foot_v[:, leg] = path[:, 0], path[:, 1]
         normals[:, leg] = spline.normal(times[:-1])
-    x_ref, u_ref, reached = _reference(model, x0, setup, times, foot_p, stance)
+    x_ref, u_ref = _reference(model, x0, setup, times, foot_p, stance)
     halfspaces = _halfspaces(setup, stance, times)
-    return TrackingTask(times, x_ref, u_ref, stance, foot_p, foot_v, normals, *halfspaces), reached
+    return TrackingTask(times, x_ref, u_ref, stance, foot_p, foot_v, normals, *halfspaces)
 
 
 def _reference(model, x0, setup, times, foot_p, stance):
@@ -90,14 +90,14 @@ def _reference(model, x0, setup, times, foot_p, stance):
     x_ref[:, CentroidalState.LINEAR] = velocity
     x_ref[:, CentroidalState.POSITION] = position
     x_ref[:, CentroidalState.ORIENTATION] = rpy
-    joints, reached = model.robot.joints_following(position, rpy, foot_p, x0[CentroidalState.JOINTS])
+    joints, _ = model.robot.joints_following(position, rpy, foot_p, x0[CentroidalState.JOINTS])
     x_ref[:, CentroidalState.JOINTS] = joints
     inertia = model.locked_inertia(x0[CentroidalState.JOINTS]) / model.mass
     x_ref[:, CentroidalState.ANGULAR] = _spin(rpy, rpy_rate, inertia)
     u_ref = model.gravity_compensation(stance)
     joint_steps = np.diff(x_ref[:, CentroidalState.JOINTS], axis=0)
     u_ref[:, CentroidalInput.JOINT_VELOCITIES] = joint_steps / np.diff(times)[:, None]
-    return x_ref, u_ref, bool(reached.all())
+    return x_ref, u_ref
 
 
 @njit(cache=True)
