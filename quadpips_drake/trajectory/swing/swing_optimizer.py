@@ -11,6 +11,7 @@ from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.optimal_control_problem import OcpConfig, OptimalControlProblem
 from quadpips_drake.trajectory.ocp.tracking_task import Guess, joined_tasks
+from quadpips_drake.trajectory.swing.ground_profile import KnownGround
 from quadpips_drake.trajectory.swing.swing_task import SwingSetup, make_swing_task
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig
 from quadpips_drake.trajectory.swing.target_configuration import TargetConfig, find_target, foot_centers
@@ -19,6 +20,7 @@ from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import FootholdPlan, RefusedSwing, Stance
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
+from quadpips_drake.values.regions import GroundHeights, RegionSet
 from quadpips_drake.values.swing_plan import SwingPlan, SwingReport
 
 
@@ -78,13 +80,13 @@ class SwingOptimizer:
             self.model.nominal_state(), FootholdPlan(0.0, 0, (stance,) * 3, ((Leg.LF,), (Leg.RF,)), "", brief, brief)
         )
 
-    def optimize(self, x0, plan: FootholdPlan, stamp: float = 0.0) -> SwingPlan:
-        """Returns the reference from state ``x0`` (24,) along ``plan``."""
+    def optimize(self, x0, plan: FootholdPlan, stamp: float = 0.0, ground: KnownGround | None = None) -> SwingPlan:
+        """Returns the reference from state ``x0`` (24,) along ``plan``. Default of ``ground``: what the plan knows."""
         if not plan.success:
             return SwingPlan.without_motion(stamp, plan.request_id, plan.reason or "empty foothold plan")
         x = np.array(x0, dtype=float)
-        setups, unreached = self._setups(x, plan)
-        setups, tasks, pieces, reports = self._chain(x, setups)
+        setups, unreached = self._setups(x, plan, ground or known_ground(plan))
+        setups, tasks, pieces, splines, reports = self._chain(x, setups)
         failed = [report for report in reports if not report.used]
         refused, reason = None, failed[0].status if failed else unreached
         if reason:
@@ -98,9 +100,9 @@ class SwingOptimizer:
         fields |= {"refined": refined is not None, "refinement_time": work_clock() - start}
         states = np.concatenate([*(piece[0][:-1] for piece in pieces), pieces[-1][0][-1:]])
         states, inputs = refined or (states, np.concatenate([piece[1] for piece in pieces]))
-        return SwingPlan(_assemble(states, inputs, setups, plan, stamp), **fields)
+        return SwingPlan(_assemble(states, inputs, setups, splines, plan, stamp), **fields)
 
-    def _setups(self, x, plan):
+    def _setups(self, x, plan, ground):
         """Returns the SwingSetups up to the first target out of reach, and why that is; else the empty string."""
         feet = [foot_centers(stance, self.robot.foot_radius) for stance in plan.stances]
         targets, reason, guess = [], "", x[CentroidalState.JOINTS]
@@ -126,7 +128,7 @@ class SwingOptimizer:
                 targets=feet[k + 1],
                 normals=np.array([plan.stances[k].normals, plan.stances[k + 1].normals]),
                 regions=plan.stances[k + 1].regions,
-                ground=_regions_around(plan, k),
+                ground=ground,
                 end=target,
                 start_velocity=velocities[k],
                 end_velocity=velocities[k + 1],
@@ -145,27 +147,28 @@ class SwingOptimizer:
     def _chain(self, x, setups):
         """Optimises one swing after the other, up to the first that fails; the one before it then ends at rest.
 
-        Returns the setups, TrackingTasks and (states, inputs) of those that can be used, and the SwingReports of all.
+        Returns the setups, TrackingTasks, (states, inputs) and SwingSplines of those that can be used, and the SwingReports
+        of all.
         """
         solved, failed = [], []
         while len(solved) < len(setups):
             k = len(solved)
-            task, piece, report = self._swing(solved[-1][1][0][-1] if solved else x, setups[k], k)
+            *parts, report = self._swing(solved[-1][1][0][-1] if solved else x, setups[k], k)
             if report.used:
-                solved.append((task, piece, report))
+                solved.append((*parts, report))
                 continue
             failed.append(report)
             if solved:
                 solved.pop()
                 setups[k - 1] = replace(setups[k - 1], end_velocity=np.zeros(3))
             setups = setups[:k]
-        tasks, pieces, reports = ([parts[i] for parts in solved] for i in range(3))
-        return setups, tasks, pieces, reports + failed
+        tasks, pieces, splines, reports = ([parts[i] for parts in solved] for i in range(4))
+        return setups, tasks, pieces, splines, reports + failed
 
     def _swing(self, x, setup, number):
-        """Returns the TrackingTask, (states, inputs) and the SwingReport."""
+        """Returns the TrackingTask, (states, inputs), the SwingSplines and the SwingReport."""
         start = work_clock()
-        task = make_swing_task(self.model, x, setup, self.config.swing)
+        task, splines = make_swing_task(self.model, x, setup, self.config.swing)
         problem = self._problem(setup.num_knots)
         solution = problem.solve(x, task, None, self.config.max_iterations, self.config.tolerance)
         landing = self._landing_error(solution.X[-1], setup)
@@ -179,7 +182,7 @@ class SwingOptimizer:
             work_clock() - start,
             number,
         )
-        return task, (solution.X, solution.U), report
+        return task, (solution.X, solution.U), splines, report
 
     def _verdict(self, solution, landing):
         """The status of a SwingReport."""
@@ -222,17 +225,18 @@ class SwingOptimizer:
         return float(max(np.linalg.norm(feet[leg] - setup.targets[leg]) for leg in setup.legs))
 
 
-def _assemble(states, inputs, setups, plan, stamp):
+def _assemble(states, inputs, setups, splines, plan, stamp):
     """Puts the solutions on one clock."""
     times, events, footholds, stance, start = [np.zeros(1)], [], [], [np.ones(4, dtype=bool)], 0.0
-    for setup in setups:
+    for setup, paths in zip(setups, splines, strict=True):
         times.append(start + setup.times[1:])
         lifted, landed = start + setup.liftoff_time, start + setup.touchdown_time
         events += [lifted, landed]
         stance += [~np.isin(np.arange(4), setup.legs), np.ones(4, dtype=bool)]
         for leg in setup.legs:
-            position, normal = setup.targets[leg], setup.normals[1, leg]
-            footholds.append(FootholdTarget(leg, lifted, landed, position, normal, setup.regions[leg], setup.ground))
+            position, normal, path = setup.targets[leg], setup.normals[1, leg], paths[leg]
+            way = path.profile, path.apex_height
+            footholds.append(FootholdTarget(leg, lifted, landed, position, normal, setup.regions[leg], *way))
         start += setup.duration
     return WholeBodyReference(
         stamp,
@@ -252,11 +256,11 @@ def _refusal(plan, number, why):
     return RefusedSwing(tuple(legs), before.footholds, after.footholds, reason), reason
 
 
-def _regions_around(plan, swing):
-    """The regions under the feet from the stance before the swing's own to the one after, each once."""
-    stances = plan.stances[max(0, swing - 1) : swing + 3]
-    found = {id(region): region for stance in stances for region in stance.regions if region is not None}
-    return tuple(found.values())
+def known_ground(plan: FootholdPlan, regions: RegionSet | None = None, heights: GroundHeights | None = None) -> KnownGround:
+    """What is known of the ground along ``plan``: the regions under its feet and all others, each once; and heights."""
+    under_feet = [region for stance in plan.stances for region in stance.regions if region is not None]
+    found = {id(region): region for region in (*under_feet, *(regions.regions if regions is not None else ()))}
+    return KnownGround(tuple(found.values()), heights)
 
 
 def _names(legs) -> str:
