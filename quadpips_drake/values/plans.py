@@ -83,6 +83,35 @@ class Stance(ImmutableValue):
 
 
 @dataclass(frozen=True, eq=False)
+class RefusedSwing(ImmutableValue):
+    """A transition of a foothold plan that no motion was found for; frame W."""
+
+    legs: tuple
+    """The Legs that were to swing."""
+    start: np.ndarray
+    """Ground points of all feet before it [m], (4, 3)."""
+    end: np.ndarray
+    """... and after it [m], (4, 3)."""
+    reason: str = ""
+    """Why not, in words."""
+
+
+@dataclass(frozen=True, eq=False)
+class RefusedSwings(ImmutableValue):
+    """Transitions that a foothold search shall do without."""
+
+    request_id: int = 0
+    """The request whose plan they were found in last."""
+    swings: tuple = ()
+    """RefusedSwings."""
+
+    @staticmethod
+    def empty() -> "RefusedSwings":
+        """Nothing is refused."""
+        return RefusedSwings()
+
+
+@dataclass(frozen=True, eq=False)
 class FootholdPlan(ImmutableValue):
     """Result of the foothold search (QuadPiPS section VI-C): stances joined by swings of the gait; frame W.
 

@@ -31,8 +31,10 @@ class FootholdTarget(ImmutableValue):
     """Upward unit normal of the ground there, (3,)."""
     region: object = None
     """The PlanarRegion, or None on ground that nothing is known about."""
-    ground: tuple = ()
-    """PlanarRegions that the foot may pass over on its way there; empty: nothing is known."""
+    profile: np.ndarray | None = None
+    """Lowest admissible heights of the foot centre in W at equal parts of the way there [m], (n,); None: unknown."""
+    apex_height: float = 0.0
+    """Least height of the swing's apex over the straight way [m]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance, next_start
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
-from quadpips_drake.values.plans import FootholdPlan, PlanRequest, Stance
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest, RefusedSwing, RefusedSwings, Stance
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.status import SafetyStatus, StageStatus
 from tests.planning import worlds
@@ -121,6 +121,38 @@ def test_a_reference_that_is_shorter_than_the_plan_is_followed():
     story.goes_on(0.1, trajectory_status=StageStatus(0.0, request_id, False, "swing 3: out of reach"))
     assert story.monitor.phase == "planning"
     assert story.goes_on(0.1, reference=reference(request_id, 5.0, 1.0)).phase == "walking"
+
+
+def refusal(request_id, x=0.0):
+    start = np.tile([x, 0.0, 0.0], (4, 1))
+    return RefusedSwings(request_id, (RefusedSwing((0,), start, start, "swing 1 (LF): no"),))
+
+
+def test_a_plan_without_a_first_swing_is_asked_for_again_at_once_without_that_swing():
+    story = Story(replace(CONFIG, max_refusals=2))
+    for number in (1, 2, 3):
+        request_id = story.until_planning()
+        before = story.now.time
+        failed = StageStatus(0.0, request_id, False, "swing 1 (LF): no")
+        while story.goes_on(0.1, trajectory_status=failed, refused=refusal(request_id)).phase == "planning":
+            assert story.now.time - before < 0.5
+        assert len(story.monitor.refused.swings) == number
+        assert story.monitor.failed_plans == (number == 3)  # two refusals are no failure yet
+        assert story.monitor.wait == (CONFIG.retry_pause if number == 3 else 0.0)
+
+
+def test_refused_swings_are_forgotten_when_the_robot_has_moved_on():
+    story = Story()
+    request_id = story.until_planning()
+    story.goes_on(0.1, reference=reference(request_id, story.now.time + 2.0, 1.0), refused=refusal(request_id))
+    assert story.monitor.phase == "walking" and len(story.monitor.refused.swings) == 1
+    story.goes_on(2.5, state=moving(p_WB=np.array([0.95, 0.0, 0.58])))
+    assert len(story.monitor.refused.swings) == 1
+    story = Story()
+    story.until_planning()
+    story.goes_on(0.1, refused=refusal(story.monitor.request.id, x=-3.0), foothold_plan=FootholdPlan(0.0, 1, reason="no"))
+    story.until_planning()
+    assert story.monitor.refused.swings == ()
 
 
 def test_a_success_forgets_the_failures():

@@ -9,11 +9,13 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.gaits.swing_gaits import swing_gait, swing_gait_names
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
+from quadpips_drake.planning.footholds.refused_swings import are_refused
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.planning.start_stance import attach_feet, start_ground, with_region
 from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.plans import RefusedSwing
 from quadpips_drake.values.regions import RegionSet
 from tests.planning import worlds
 
@@ -38,10 +40,10 @@ WORLDS = {
 }
 
 
-def plan_once(regions, goal, config=None, state=None, robot=ROBOT):
+def plan_once(regions, goal, config=None, state=None, robot=ROBOT, refused=()):
     state = worlds.standing_state(robot) if state is None else state
     path = search_torso_path(state.p_WB, state.rpy_WB[2], regions, goal, robot, TorsoConfig(), request_id=7)
-    return search_footholds(state, regions, path, robot, config or FootholdConfig())
+    return search_footholds(state, regions, path, robot, config or FootholdConfig(), refused)
 
 
 def assert_valid(plan, config, robot=ROBOT):
@@ -221,3 +223,27 @@ def test_bad_settings_are_refused():
         FootholdConfig(candidate="best")
     with pytest.raises(UserInputError, match="must have 3 items, not 1"):
         FootholdConfig(reach_semi_axes=[1.0])
+
+
+def test_a_refused_swing_is_not_planned_again_and_the_search_goes_around_it():
+    regions, goal = WORLDS["stepping_stones"]
+    first, refused = plan_once(regions, goal), []
+    for _ in range(3):
+        plan = plan_once(regions, goal, refused=tuple(refused))
+        assert plan.success and plan.complete == first.complete
+        for swing in refused:
+            for legs, before, after in zip(plan.swing_legs, plan.stances[:-1], plan.stances[1:], strict=True):
+                same_start = np.abs(before.footholds - swing.start).max() < 0.01
+                assert not (same_start and legs == swing.legs and np.abs(after.footholds - swing.end).max() < 0.02)
+        refused.append(RefusedSwing(plan.swing_legs[0], plan.stances[0].footholds, plan.stances[1].footholds))
+
+
+def test_a_swing_is_refused_for_these_legs_from_this_stance_only():
+    start, end = np.zeros((4, 3)), np.zeros((4, 3))
+    end[Leg.LF] = [0.2, 0.0, 0.0]
+    near, far = end + np.array([0.02, 0.0, 0.0]), end + np.array([0.05, 0.0, 0.0])
+    swing = RefusedSwing((Leg.LF,), start, end)
+    ends = np.array([end, near, far])
+    np.testing.assert_array_equal(are_refused((swing,), (Leg.LF,), start + 0.005, ends), [True, True, False])
+    assert not are_refused((swing,), (Leg.RF,), start, ends).any()
+    assert not are_refused((swing,), (Leg.LF,), start + 0.05, ends).any()

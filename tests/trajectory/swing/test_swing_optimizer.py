@@ -36,19 +36,40 @@ def trot(optimizer):
 
 def test_all_swings_converge(trot):
     plan, result = trot
-    assert result.success and not result.reason and result.fallbacks == 0
+    assert result.success and not result.reason and result.refused is None
     assert [report.status for report in result.reports] == ["converged"] * len(plan.swing_legs)
     assert max(report.landing_error for report in result.reports) < 0.02
     assert result.elapsed > 0
 
 
-def test_a_swing_that_would_miss_its_foothold_becomes_kinematic(optimizer):
-    strict = SwingOptimizer(optimizer.robot, replace(optimizer.config, max_landing_error=1e-5, refinement_iterations=0))
+def test_a_swing_that_would_miss_its_foothold_is_refused(optimizer):
+    strict = SwingOptimizer(optimizer.robot, replace(optimizer.config, max_landing_error=1e-5))
     plan = uneven_plan(optimizer.robot, step=STEPS[optimizer.robot.name])
     result = strict.optimize(optimizer.model.nominal_state(), plan)
-    kinematic = [report for report in result.reports if report.status == "kinematic"]
-    assert result.fallbacks == len(kinematic) >= 1
-    assert max(report.landing_error for report in kinematic) < 1e-5
+    assert not result.success and len(result.reference.times) == 0 and len(result.reports) == 1
+    assert "swing 1 (RF+LH): a foot would land" in result.reason == result.refused.reason
+    assert result.refused.legs == plan.swing_legs[0]
+    np.testing.assert_array_equal(result.refused.start, plan.stances[0].footholds)
+    np.testing.assert_array_equal(result.refused.end, plan.stances[1].footholds)
+
+
+def test_the_plan_ends_at_rest_before_a_swing_that_fails(optimizer, trot, monkeypatch):
+    plan, whole = trot
+    verdict = SwingOptimizer._verdict
+    third = plan.stances[3].footholds[plan.swing_legs[2][0]] + [0.0, 0.0, optimizer.robot.foot_radius]
+
+    def refusing(self, solution, landing):
+        foot = self.model.foot_positions(solution.X[-1])[plan.swing_legs[2][0]]
+        return "no" if np.linalg.norm(foot - third) < 0.02 else verdict(self, solution, landing)
+
+    monkeypatch.setattr(SwingOptimizer, "_verdict", refusing)
+    result = optimizer.optimize(optimizer.model.nominal_state(), plan)
+    assert result.refused.legs == plan.swing_legs[2] and result.reason.startswith("swing 3 ")
+    np.testing.assert_array_equal(result.refused.end, plan.stances[3].footholds)
+    assert [report.used for report in result.reports] == [True, True, False]
+    reference = result.reference
+    assert reference.end_time == pytest.approx(1.0) and len(reference.footholds) == 4
+    assert np.abs(reference.states[-1, 0]) < 0.6 * np.abs(whole.reference.states[100, 0])  # where that one walks on
 
 
 def test_one_clock(trot):
@@ -121,6 +142,8 @@ def test_foothold_out_of_reach_ends_the_plan_before_it(optimizer):
     result = optimizer.optimize(optimizer.model.nominal_state(), plan)
     assert result.success and len(result.reports) == 1
     assert "swing 2 (LF+RH): no configuration reaches with LF" in result.reason
+    assert result.refused.legs == plan.swing_legs[1]
+    np.testing.assert_array_equal(result.refused.end, bad.footholds)
 
 
 def test_plan_without_stances_gives_no_samples(optimizer):
@@ -128,13 +151,13 @@ def test_plan_without_stances_gives_no_samples(optimizer):
     assert not result.success and result.reason == "no way" and result.reference.request_id == 7
 
 
-def test_failed_optimisation_falls_back_to_kinematics():
+def test_failed_optimisation_leaves_no_motion():
     robot = load_robot("anymal_c")
     config = SwingOptimizerConfig(max_iterations=1, max_violation=0.0, tolerance=1e-12)
     optimizer = SwingOptimizer(robot, config)
     result = optimizer.optimize(optimizer.model.nominal_state(), uneven_plan(robot, swings=2))
-    assert result.success and result.fallbacks == 2
-    assert [report.status for report in result.reports] == ["kinematic", "kinematic"]
+    assert not result.success and not result.reports[0].used
+    assert "swing 1 (RF+LH): optimisation failed" in result.reason
 
 
 def test_target_is_sampled_when_the_nominal_pose_does_not_reach():
