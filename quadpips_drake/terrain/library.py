@@ -83,8 +83,7 @@ def _chosen(name: str, difficulty: float | None) -> dict[str, float]:
         return {}
     kind = terrain_difficulty(name)
     if kind is None:
-        having = ", ".join(other for other in terrain_names() if terrain_difficulty(other))
-        raise UserInputError(f"terrain '{name}' has no difficulty to choose; those that have one: {having}")
+        raise UserInputError(f"terrain '{name}' has no difficulty to choose; 'quadpips terrain list' says which have one")
     return {kind.parameter: kind.check(name, difficulty)}
 
 

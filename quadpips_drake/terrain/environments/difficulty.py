@@ -43,10 +43,8 @@ class Difficulty:
     def check(self, terrain: str, value: float) -> float:
         """Returns ``value`` if it can be had of the environment called ``terrain``; raises UserInputError if not."""
         if not self.low <= value <= self.high:
-            raise UserInputError(
-                f"difficulty of terrain '{terrain}': its {self.title} must be {self.low:g} to {self.high:g}{self._after_a_number}, "
-                f"not {value:g}"
-            )
+            span = f"{self.low:g} to {self.high:g}{self._after_a_number}"
+            raise UserInputError(f"difficulty of terrain '{terrain}': its {self.title} must be {span}, not {value:g}")
         return float(value)
 
 
