@@ -1,6 +1,6 @@
 """The terrains that come with the package, by name: what the functions of ``environments/`` make.
 
-Robots walk in +x, on the ramped worlds in -x.
+Geometry, sources, starts and goals are told in docs/environments.md. Robots walk in +x, on the ramped worlds in -x.
 """
 
 from pathlib import Path

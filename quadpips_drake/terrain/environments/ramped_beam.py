@@ -50,7 +50,7 @@ def _ramped(name: str, width: float, down_size, down_xyz, down_rpy) -> Terrain:
     elements = [
         ground_between("start_ground", -2.0, 3.0, 0.5, 6.0),
         ground_between("goal_ground", -11.0, -6.0, 0.5, 6.0),
-        pit_floor(-6.0, -2.0, 6.0, -0.95, 0.5),
+        pit_floor(-11.0, 3.0, 6.0, -0.95, 0.5),
     ]
     for plate, (length, xyz, rpy) in _PLATES.items():
         elements.append(Box(name=plate, size=(length, _WIDTH, _THICKNESS), X_WE=pose(xyz, rpy)))

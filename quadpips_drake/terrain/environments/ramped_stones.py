@@ -48,7 +48,7 @@ def _ramped(name: str, radius: float, down_xyz, down_pitch: float) -> Terrain:
     elements = [
         ground_between("start_ground", -4.0, 3.0, 7.5, 6.0),
         ground_between("goal_ground", -11.0, -6.5, 7.5, 6.0),
-        pit_floor(-6.5, -4.0, 6.0, -0.7, 7.5),
+        pit_floor(-11.0, 3.0, 6.0, -0.7, 7.5),
         plate("up", _LONG, (-2.7145, 7.3040, 0.0), 0.2126),
         plate("platform", _SHORT, (-4.0201, 7.3027, 0.2049), -0.017),
         plate("far_platform", _SHORT, (-6.3707, 7.4544, 0.2345), -0.017),
