@@ -33,6 +33,7 @@ PAPER = "QuadPiPS (2026), section VIII"
 RELEASED = f"{PAPER}, and its released world"
 SOURCES = {
     "balance_beam": f"{RELEASED}; the slabs end here, 4 m before and behind the beam",
+    "boulders": "our own; spherical obstacles as in arXiv 2501.00112, which tells neither counts nor sizes nor poses",
     "bumps": "our own",
     "down_ramp": "released with QuadPiPS, not in its benchmark; with a slope of 0.175 rad its `down_ramp_10`",
     "flat": "our own; `empty` of QuadPiPS is larger",
@@ -76,10 +77,10 @@ The terrains of the library, written by `python -m tests.environments_page` from
     quadpips run --terrain balance_beam --difficulty 0.25 --seed 3
     quadpips terrain export rubble --seed 3 --difficulty 0.1     as a file, to be edited
 
-In Python: `load_terrain("balance_beam", seed=3, difficulty=0.25)`. The seed decides what is random in a world (`bumps`,
-`pegboard`, `rubble`, `sparse_stones`; the same draws at any difficulty) and in any of them moves the start by up to 5 cm in
-x and y and 0.05 rad. Start is x, y [m] and yaw [rad], goal x, y [m]. Pictures show seed 0 with the robot at the start and a
-flag at the goal; dark is what no foot may use (a pit's floor), orange what may be stepped over but not on.
+In Python: `load_terrain("balance_beam", seed=3, difficulty=0.25)`. The seed decides what is random in a world (`boulders`,
+`bumps`, `pegboard`, `rubble`, `sparse_stones`; the same draws at any difficulty), and in any of them it moves the start by
+up to 5 cm in x and y and 0.05 rad. Start is x, y [m] and yaw [rad], goal x, y [m]. Pictures show seed 0 with the robot at the
+start and a flag at the goal; dark is what no foot may use (a pit's floor), orange what may be stepped over but not on.
 
 A terrain of one's own: [terrain.md](terrain.md), [extending.md](extending.md). A function of another package gets a
 difficulty by the decorator `takes_difficulty` in `terrain/environments/difficulty.py`.

@@ -8,6 +8,7 @@ from pathlib import Path
 from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.framework.registry import Registry
 from quadpips_drake.terrain.environments.beams import balance_beam, obstructed_balance_beam, offset_beam, parallel_beams
+from quadpips_drake.terrain.environments.boulders import boulders
 from quadpips_drake.terrain.environments.difficulty import Difficulty, difficulty_of
 from quadpips_drake.terrain.environments.flat import flat
 from quadpips_drake.terrain.environments.gap import gap
@@ -31,11 +32,11 @@ from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.terrain_file import read_terrain_file
 
 _ENVIRONMENTS = (
-    balance_beam, bumps, down_ramp, flat, gap, go2_double_platform, go2_flat, go2_ramped_platform, go2_ramped_stones,
-    go2_single_platform, go2_triple_platform, obstructed_balance_beam, offset_beam, open_stairs, open_stairs_10,
-    parallel_beams, pegboard, ramp_10, ramped_balance_beam, ramped_balance_beam_easy, ramped_stepping_stones,
-    ramped_stepping_stones_easy, rubble, slope, sparse_stones, stairs, stairs_10, stepping_stones, winding_balance_beam,
-    winding_balance_beam_hard,
+    balance_beam, boulders, bumps, down_ramp, flat, gap, go2_double_platform, go2_flat, go2_ramped_platform,
+    go2_ramped_stones, go2_single_platform, go2_triple_platform, obstructed_balance_beam, offset_beam, open_stairs,
+    open_stairs_10, parallel_beams, pegboard, ramp_10, ramped_balance_beam, ramped_balance_beam_easy,
+    ramped_stepping_stones, ramped_stepping_stones_easy, rubble, slope, sparse_stones, stairs, stairs_10,
+    stepping_stones, winding_balance_beam, winding_balance_beam_hard,
 )  # fmt: skip
 
 terrains = Registry("terrain", "quadpips_drake.terrains")

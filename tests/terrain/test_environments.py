@@ -12,7 +12,7 @@ from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain, terrain_difficulty, terrain_names
 from quadpips_drake.terrain.placement import problem_with_goal, problem_with_start
 from quadpips_drake.terrain.suites import suite_names, suite_terrains
-from quadpips_drake.terrain.terrain import Box, Cylinder, Terrain
+from quadpips_drake.terrain.terrain import Box, Cylinder, Sphere, Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.trials.simulated_trial import SimulationConfig
 from quadpips_drake.values.steppability import Steppability
@@ -27,7 +27,7 @@ EARLIER = {
     "stepping_stones": "c318d9e2dad0bb62394dddb02b010cd7dafc93b6c5ac1b1d09b99eb0a739ff83",
 }
 """SHA-256 of the terrains with seeds 0 to 2 as they were before there were environments, to 12 decimals."""
-RANDOM = {"bumps", "pegboard", "rubble", "sparse_stones"}
+RANDOM = {"boulders", "bumps", "pegboard", "rubble", "sparse_stones"}
 UNITS = {"m", "rad", "1"}
 
 
@@ -35,7 +35,7 @@ def fingerprint(terrain: Terrain) -> bytes:
     """All that a terrain is, as bytes; 12 decimals, because the last bit of a sine is another on another processor."""
     text = [terrain.name, *(np.round(value, 12) + 0.0 for value in (terrain.start, terrain.goal, terrain.friction))]
     for element in terrain.elements:
-        sizes = element.size if isinstance(element, Box) else (element.radius, element.length)
+        sizes = element.size if isinstance(element, Box) else (element.radius, getattr(element, "length", 0.0))
         text += [element.name, int(element.label), np.round(sizes, 12) + 0.0, np.round(element.X_WE, 12) + 0.0]
     return "\n".join(str(item.tolist() if isinstance(item, np.ndarray) else item) for item in text).encode()
 
@@ -217,6 +217,19 @@ def test_ramped_stones_as_published():
     assert truth.height(-4.45, 7.6) == pytest.approx(-0.7)
     assert math.degrees(math.acos(truth.normal(-6.9, 7.4)[2])) == pytest.approx(28.2, abs=0.1)
     assert terrain.start.tolist() == [0.5, 7.5, -math.pi] and terrain.goal.tolist() == [-8, 7.5]
+
+
+def test_boulders_lie_on_the_ground_and_are_labelled_by_height():
+    terrain = load_terrain("boulders", seed=2)
+    spheres = terrain.elements[1:]
+    assert 14 <= len(spheres) <= 20 and {type(sphere) for sphere in spheres} == {Sphere}
+    centers, radii = np.array([s.X_WE[:3, 3] for s in spheres]), np.array([s.radius for s in spheres])
+    np.testing.assert_array_equal(centers[:, 2], radii)
+    np.testing.assert_allclose(GroundTruth(terrain).height(*centers[:, :2].T), 2 * radii)
+    between = np.linalg.norm(centers[:, None] - centers, axis=2) - radii - radii[:, None]
+    assert between[~np.eye(len(radii), dtype=bool)].min() >= 0.05
+    labels = {2 * s.radius > 0.15: s.label for s in spheres}
+    assert labels == {False: Steppability.PASSABLE, True: Steppability.NON_PASSABLE}
 
 
 def test_what_the_go2_walked_over():

@@ -91,7 +91,7 @@ def test_start_over_the_pit_and_goal_off_the_terrain_are_refused():
 
 
 def test_unknown_names_list_the_known_ones():
-    with pytest.raises(UserInputError, match="known: balance_beam, bumps, down_ramp, flat, gap, go2_double_platform, "):
+    with pytest.raises(UserInputError, match="known: balance_beam, boulders, bumps, down_ramp, flat, gap, "):
         load_terrain("moon")
     with pytest.raises(UserInputError, match=r"must end in \.yaml"):
         load_terrain("moon.txt")
