@@ -79,8 +79,8 @@ The terrains of the library, written by `python -m tests.environments_page` from
 
 In Python: `load_terrain("balance_beam", seed=3, difficulty=0.25)`. The seed decides what is random in a world (`boulders`,
 `bumps`, `pegboard`, `rubble`, `sparse_stones`; the same draws at any difficulty), and in any of them it moves the start by
-up to 5 cm in x and y and 0.05 rad. Start is x, y [m] and yaw [rad], goal x, y [m]. Pictures show seed 0 with the robot at the
-start and a flag at the goal; dark is what no foot may use (a pit's floor), orange what may be stepped over but not on.
+up to 5 cm in x and y and 0.05 rad. Start is x, y [m] and yaw [rad], goal x, y [m]. Pictures show seed 0 with the robot at
+the start and a flag at the goal; dark is what no foot may use (a pit's floor), orange what may be stepped over but not on.
 
 A terrain of one's own: [terrain.md](terrain.md), [extending.md](extending.md). A function of another package gets a
 difficulty by the decorator `takes_difficulty` in `terrain/environments/difficulty.py`.
