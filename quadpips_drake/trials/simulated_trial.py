@@ -89,9 +89,9 @@ class SimulatedTrial:
         self.config, self.terrain, self.diagram, self.timings, self.judge = config, terrain, diagram, timings, judge
         self.robot = diagram.robot
         self._background: Background | None = None
-        self.start = _start_of(config, terrain, self.robot.nominal_footholds_B[:, :2])
         self.simulator = Simulator(diagram)
         self.context = self.simulator.get_mutable_context()
+        self.start = _start_of(config, terrain)
         diagram.set_initial_state(self.context, self.start)
         self.log = TrialLog()
         self.progress: list = []
@@ -180,19 +180,25 @@ class SimulatedTrial:
         )
 
 
-def _start_of(config: SimulationConfig, terrain, footprint: np.ndarray) -> np.ndarray:
-    """Start pose x, y [m], yaw [rad]: as asked for, or the terrain's own, moved a little by the seed.
+def problem_with_trial_start(config: SimulationConfig, robot, terrain) -> str | None:
+    """Says in one line why ``robot`` cannot stand at the terrain's start, or where the seed moves that; or returns None."""
+    footprint = robot.nominal_footholds_B[:, :2]
+    problem = problem_with_start(terrain, footprint)
+    if problem:
+        return problem
+    start = _start_of(config, terrain)
+    problem = problem_with_start(replace(terrain, start=start), footprint)
+    if problem is None:
+        return None
+    x, y, yaw = start - terrain.start
+    return (
+        f"seed {config.seed} moves the start by {x:.3f}, {y:.3f} m and turns it by {yaw:.3f} rad: {problem}, or set "
+        "start_position_noise and start_yaw_noise to 0"
+    )
 
-    Raises:
-        UserInputError: moved so, the robot, with feet at ``footprint`` (x, y in the base frame [m]), could not stand.
-    """
+
+def _start_of(config: SimulationConfig, terrain) -> np.ndarray:
+    """Start pose x, y [m], yaw [rad]: as asked for, or the terrain's own, moved a little by the seed."""
     reach = np.array([config.start_position_noise, config.start_position_noise, config.start_yaw_noise])
     moved = np.random.default_rng([config.seed, _START_STREAM]).uniform(-reach, reach)
-    start = np.array(terrain.start, dtype=float) + moved
-    problem = problem_with_start(replace(terrain, start=start), footprint) if moved.any() else None
-    if problem:
-        raise UserInputError(
-            f"seed {config.seed} moves the start by {moved[0]:.3f}, {moved[1]:.3f} m and turns it by {moved[2]:.3f} rad: "
-            f"{problem}, or set start_position_noise and start_yaw_noise to 0"
-        )
-    return start
+    return np.array(terrain.start, dtype=float) + moved
