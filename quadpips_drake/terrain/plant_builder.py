@@ -5,11 +5,12 @@ from pydrake.geometry import Box as BoxShape
 from pydrake.geometry import Convex, GeometryId, InMemoryMesh, ProximityProperties, Role, SceneGraph
 from pydrake.geometry import Cylinder as CylinderShape
 from pydrake.geometry import Mesh as MeshShape
+from pydrake.geometry import Sphere as SphereShape
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
 from quadpips_drake.terrain.ground_window import GroundWindow, check_density
-from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Terrain
+from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Sphere, Terrain
 from quadpips_drake.terrain.triangles import in_memory_mesh, joined_triangles
 from quadpips_drake.values.steppability import Steppability
 
@@ -113,6 +114,8 @@ def _collision_shapes(element: Element) -> list:
         return [BoxShape(*element.size)]
     if isinstance(element, Cylinder):
         return [CylinderShape(element.radius, element.length)]
+    if isinstance(element, Sphere):
+        return [SphereShape(element.radius)]
     if _is_convex(element):
         return [Convex(in_memory_mesh(element.vertices, element.triangles))]
     return [Convex(prism) for prism in _prisms(element)]
