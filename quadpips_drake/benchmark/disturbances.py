@@ -11,7 +11,7 @@ import numpy as np
 from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain import library
-from quadpips_drake.terrain.terrain_file import write_terrain_file
+from quadpips_drake.terrain.files.terrain_file import write_terrain_file
 
 PUSH_TIME = 3.0
 """When pushes begin [s], counted from a whole number of cycles."""

@@ -32,8 +32,8 @@ from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
 from quadpips_drake.sensing.self_filter import blank_own_body
+from quadpips_drake.terrain.files.terrain_file import write_terrain_file
 from quadpips_drake.terrain.library import load_terrain
-from quadpips_drake.terrain.terrain_file import write_terrain_file
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig

@@ -78,7 +78,7 @@ def export(
 ):
     """Write a terrain as a YAML file, to be edited and given to 'quadpips run --terrain'."""
     from quadpips_drake.errors import UserInputError
-    from quadpips_drake.terrain.terrain_file import write_terrain_file
+    from quadpips_drake.terrain.files.terrain_file import write_terrain_file
 
     terrain = _load(name, seed, start, goal, difficulty)
     out = out or Path(f"{terrain.name}.yaml")

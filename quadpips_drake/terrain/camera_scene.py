@@ -10,19 +10,21 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
 from quadpips_drake.terrain.plant_builder import COLORS, MAX_WHOLE, add_terrain_visual
-from quadpips_drake.terrain.terrain import Cylinder, Element, Terrain
+from quadpips_drake.terrain.terrain import Cylinder, Element, Sphere, Terrain
 from quadpips_drake.terrain.triangles import in_memory_mesh, joined_triangles
 from quadpips_drake.values.steppability import Steppability
 
+_ROUND = (Cylinder, Sphere)
+"""What keeps its shape instead of becoming triangles, as long as there are few."""
 LOWEST_CAMERA = 0.15
 """A camera is never lower than this above the lowest ground that can be walked on [m]; a Go2 that lies is as low."""
 
 
 def add_terrain_to_camera_scene(terrain: Terrain, plant: MultibodyPlant) -> None:
     """Gives the world of ``plant`` (not finalised yet) the surfaces of ``terrain``; there is nothing to touch."""
-    round_ones = [element for element in terrain.elements if isinstance(element, Cylinder)]
+    round_ones = [element for element in terrain.elements if isinstance(element, _ROUND)]
     one_by_one = round_ones if len(round_ones) <= MAX_WHOLE else []
-    joined = [element for element in terrain.elements if not (one_by_one and isinstance(element, Cylinder))]
+    joined = [element for element in terrain.elements if not (one_by_one and isinstance(element, _ROUND))]
     for index, element in enumerate(one_by_one):
         add_terrain_visual(index, element, plant)
     if joined:

@@ -27,9 +27,9 @@ from quadpips_drake.terrain.environments.stairs import open_stairs, open_stairs_
 from quadpips_drake.terrain.environments.stones import sparse_stones, stepping_stones
 from quadpips_drake.terrain.environments.uneven import bumps, pegboard, rubble
 from quadpips_drake.terrain.environments.winding_beam import winding_balance_beam, winding_balance_beam_hard
-from quadpips_drake.terrain.stone_setup import read_stone_setup
+from quadpips_drake.terrain.files.stone_setup import read_stone_setup
+from quadpips_drake.terrain.files.terrain_file import read_terrain_file
 from quadpips_drake.terrain.terrain import Terrain
-from quadpips_drake.terrain.terrain_file import read_terrain_file
 
 _ENVIRONMENTS = (
     balance_beam, boulders, bumps, down_ramp, flat, gap, go2_double_platform, go2_flat, go2_ramped_platform,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.terrain.files.terrain_file import write_terrain_file
 from quadpips_drake.terrain.library import load_terrain, terrain_names
 from quadpips_drake.terrain.terrain import Cylinder, Mesh, Sphere, Terrain
-from quadpips_drake.terrain.terrain_file import write_terrain_file
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.steppability import Steppability
 

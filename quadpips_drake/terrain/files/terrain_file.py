@@ -14,7 +14,7 @@ import yaml
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.plain_yaml import read_yaml
-from quadpips_drake.terrain.mesh_file import read_obj
+from quadpips_drake.terrain.files.mesh_file import read_obj
 from quadpips_drake.terrain.terrain import (
     DEFAULT_FRICTION,
     MAX_ELEMENTS,
