@@ -167,7 +167,7 @@ def run_and_report(settings, out: Path, pool, *, resume: bool, run: Callable) ->
     from quadpips_drake.benchmark.bench import bench as work
     from quadpips_drake.benchmark.bench.journal import Journal, read_journal
     from quadpips_drake.benchmark.bench.progress import BenchProgress
-    from quadpips_drake.benchmark.bench.reports import SUMMARY, write_reports
+    from quadpips_drake.benchmark.bench.reports import PAGE, write_reports
     from quadpips_drake.interruption import undisturbed
 
     work.claim(settings, out, resume=resume)
@@ -189,7 +189,7 @@ def run_and_report(settings, out: Path, pool, *, resume: bool, run: Callable) ->
         rows = work.rows_of(settings, journal.entries)
         write_reports(settings, rows, out)
     _say_scores(rows)
-    console.say(f"summary: {out / SUMMARY}")
+    console.say(f"summary: {out / PAGE} (open it in a browser)")
     return _status(rows)
 
 

@@ -7,11 +7,14 @@ import numpy as np
 from quadpips_drake.benchmark.bench.published import published
 from quadpips_drake.benchmark.bench.scores import CONFIDENCE, Score, grouped, score_of, tally
 from quadpips_drake.benchmark.bench.settings import BenchSettings
+from quadpips_drake.benchmark.bench.sweep import sweeps_of
 
 GROUP = ("robot", "terrain", "planner")
 """What is counted together."""
 SWINGS = "swing_trajectory"
 """Key of the fallbacks that counts swings which the optimiser did not solve."""
+INTERVAL = f"{100 * CONFIDENCE:g} % interval (Wilson)"
+"""Title of a column."""
 
 
 def summary(settings: BenchSettings, rows: list[dict], pictures: dict[str, str] | None = None) -> str:
@@ -22,7 +25,7 @@ def summary(settings: BenchSettings, rows: list[dict], pictures: dict[str, str] 
         rows: of the trials that are over, with "recording": a path to be shown, or None.
         pictures: file name -> what it shows.
     """
-    parts = [_head(settings, rows), _successes(rows), _failures(rows), _motion(rows), _timings(rows)]
+    parts = [_head(settings, rows), _successes(rows), _sweeps(rows), _failures(rows), _motion(rows), _timings(rows)]
     parts += [f"## {title}\n\n![{title}]({name})" for name, title in (pictures or {}).items()]
     return "\n\n".join([*(part for part in parts if part), _versions(rows)]) + "\n"
 
@@ -64,11 +67,10 @@ def _successes(rows: list[dict]) -> str:
             lines.append([robot, terrain, planner, *_shown(score), published(robot, terrain) or "-"])
         if len(scores) > 1:
             lines.append([robot, "**all**", planner, *_shown(score_of(group)), ""])
-    interval = f"{100 * CONFIDENCE:g} % interval (Wilson)"
     note = "\n\nPaper: QuadPiPS (2026), ANYmal C, another simulator; for the obstructed beam its text and its figure differ."
     return (
         "## Goals reached\n\n"
-        + markdown_table(["robot", "terrain", "planner", "reached", "rate", interval, "paper"], lines)
+        + markdown_table(["robot", "terrain", "planner", "reached", "rate", INTERVAL, "paper"], lines)
         + (note if any(line[-1] not in ("-", "") for line in lines) else "")
     )
 
@@ -81,6 +83,29 @@ def _shown(score: Score) -> list[str]:
 def percent(share: float) -> str:
     """A share in per cent."""
     return f"{100 * share:.0f} %"
+
+
+def _sweeps(rows: list[dict]) -> str:
+    sweeps = sweeps_of(rows)
+    if not sweeps:
+        return ""
+    lines = [
+        [*key, f"{difficulty:g}", *_shown(score)]
+        for key, sweep in sweeps.items()
+        for difficulty, score in zip(sweep.difficulties, sweep.scores, strict=True)
+    ]
+    found = {key: sweep.half() for key, sweep in sweeps.items()}
+    halves = [[*key, "not in this range" if half is None else f"{half:.3g}"] for key, half in found.items()]
+    note = "Half succeed: where the isotonic (monotone least-squares) fit of the rates, joined by straight lines, is 50 %."
+    head = ["robot", "terrain", "planner"]
+    return "\n\n".join(
+        [
+            "## Success against difficulty",
+            markdown_table([*head, "difficulty at which half succeed"], halves),
+            note,
+            markdown_table([*head, "difficulty", "reached", "rate", INTERVAL], lines),
+        ]
+    )
 
 
 def _failures(rows: list[dict]) -> str:
