@@ -7,11 +7,13 @@ the end of a pipe of its own, so that its end is seen, and it watches for the en
 """
 
 import ctypes
+import math
 import os
 import pickle
 import signal
 import sys
 import threading
+import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Hashable, Iterator
@@ -52,6 +54,7 @@ def run_jobs(
     *,
     workers: int,
     jobs_per_process: int = JOBS_PER_PROCESS,
+    time_limit: float | None = None,
     following: Callable[[Outcome], dict] = lambda outcome: {},
 ) -> Iterator[Outcome]:
     """Runs ``jobs`` and yields an Outcome for each, in the order in which they end.
@@ -63,15 +66,20 @@ def run_jobs(
         jobs: by key what to call; they and their results must pickle.
         workers: processes at the same time.
         jobs_per_process: after so many jobs a process is replaced by a fresh one.
+        time_limit: a job that takes longer [s] fails, and its process is ended; None: jobs may take as long as they like.
         following: called with each outcome; returns further jobs.
     """
     waiting, crew = deque(jobs.items()), []
     try:
         while waiting or crew:
             while waiting and len(crew) < workers:
-                crew.append(_Worker())
+                crew.append(_Worker(math.inf if time_limit is None else time_limit))
                 crew[-1].begin(*waiting.popleft())
-            ready = connection.wait([worker.pipe for worker in crew])
+            ready = connection.wait([worker.pipe for worker in crew], _timeout(crew))
+            for worker in crew:
+                if worker.pipe not in ready and worker.patience() <= 0.0:
+                    worker.give_up()
+                    ready.append(worker.pipe)
             for worker in [worker for worker in crew if worker.pipe in ready]:
                 outcome = worker.outcome()
                 waiting.extend(following(outcome).items())
@@ -88,10 +96,17 @@ def run_jobs(
             worker.process.join()
 
 
+def _timeout(crew: list["_Worker"]) -> float | None:
+    """How long to wait for the crew at most [s]; None: for ever."""
+    patience = min(worker.patience() for worker in crew)
+    return patience if patience < math.inf else None
+
+
 class _Worker:
     """A process that does one job after the other, seen from its parent."""
 
-    def __init__(self):
+    def __init__(self, time_limit: float):
+        """Args: how long a job may take [s]."""
         # Started afresh: VTK and its EGL context do not survive a fork.
         context = get_context("spawn")
         self.pipe, other_end = context.Pipe()
@@ -103,13 +118,26 @@ class _Worker:
         self.jobs = 0
         """Begun so far."""
         self._key = None
+        self._time_limit = time_limit
+        self._began = time.monotonic()
+        self._gave_up = False
 
     def begin(self, key, job) -> None:
         """Hands over the next job."""
         self._key = key
+        self._began = time.monotonic()
         self.jobs += 1
         with suppress(OSError):  # where it has just died, ``outcome`` will say so
             self.pipe.send(job)
+
+    def patience(self) -> float:
+        """How much longer the present job may take [s]."""
+        return max(0.0, self._began + self._time_limit - time.monotonic())
+
+    def give_up(self) -> None:
+        """Ends the process, whose job has taken too long."""
+        self._gave_up, self.alive = True, False
+        self.process.kill()
 
     def outcome(self) -> Outcome:
         """That of the job that was begun last; waits for it."""
@@ -118,7 +146,8 @@ class _Worker:
         except (EOFError, OSError):
             self.alive = False
             self.process.join()
-            value, error = None, JobFailed(_cause_of_death(self.process.exitcode))
+            took_too_long = f"it took longer than {self._time_limit:g} s, and its process was ended" if self._gave_up else ""
+            value, error = None, JobFailed(took_too_long or _cause_of_death(self.process.exitcode))
         return Outcome(self._key, value, error)
 
     def dismiss(self) -> None:

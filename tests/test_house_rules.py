@@ -195,12 +195,13 @@ def test_links_in_the_documentation_lead_somewhere():
 
 def test_files_and_folders_that_are_mentioned_exist():
     """A name counts as found if a path in the repository ends in it: trajectory/ocp/terms/, or just torso_search.py."""
+    written_by_programs = r"(?:[\w/]+/)?summary\.md"
     paths = ["/" + path.relative_to(ROOT).as_posix() for path in files("*")]
     folders = {path[: path.index("/", at) + 1] for path in paths for at in range(1, len(path)) if "/" in path[at:]}
     lost = []
     for source in [*files("*.md"), *PACKAGE_FILES]:
         text = source.read_text(encoding="utf-8")
-        named = re.findall(r"(?<![\w./*-])(?!NAME)((?:[\w-]+/)*[\w-]+\.(?:py|md))\b(?!\()", text)
+        named = re.findall(rf"(?<![\w./*-])(?!NAME|FILE|{written_by_programs})((?:[\w-]+/)*[\w-]+\.(?:py|md))\b(?!\()", text)
         lost += [f"{source.relative_to(ROOT)}: {name}" for name in named if not any(p.endswith(f"/{name}") for p in paths)]
         named = re.findall(r"`((?:[\w-]+/)+)`", text) if source.suffix == ".md" else []
         lost += [f"{source.relative_to(ROOT)}: {name}" for name in named if not any(f.endswith(f"/{name}") for f in folders)]

@@ -48,8 +48,12 @@ class TrialResult:
             raise ValueError(f"reason '{self.reason}' is not one of {REASONS}")
 
     def save(self, path: Path):
-        """Writes the result as JSON; what is not finite becomes null, so that every reader can read it."""
-        write_text(path, json.dumps(_finite(asdict(self)), indent=2, allow_nan=False) + "\n")
+        """Writes the result as JSON."""
+        write_text(path, json.dumps(self.plain(), indent=2, allow_nan=False) + "\n")
+
+    def plain(self) -> dict:
+        """All fields as plain data; what is not finite becomes None, so that every reader of JSON can read it."""
+        return _finite(asdict(self))
 
 
 def _finite(value):

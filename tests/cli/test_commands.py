@@ -16,7 +16,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.solvers.missing_solver import MissingSolverError
 from quadpips_drake.trials.warming import warm_up as warming
 
-COMMANDS = ["run", "terrain", "diagram", "doctor"]
+COMMANDS = ["run", "bench", "terrain", "diagram", "doctor"]
 
 
 def quadpips(*arguments):

@@ -1,0 +1,65 @@
+"""``quadpips bench``: what is refused before any trial is run, and one real bench."""
+
+import polars
+import pytest
+
+from quadpips_drake.benchmark.bench.bench import JOURNAL
+from quadpips_drake.trials.result_directory import ResultDirectory
+from tests.cli.test_run import quadpips
+
+BAD_INPUT = [
+    (["--robot", "spot"], ["unknown robot 'spot'", "anymal_c, go2"]),
+    (["--robot", "anymal_c,,go2"], ["--robot 'anymal_c,,go2'", "A,B"]),
+    (["--terrain", "flat,moon"], ["unknown terrain 'moon'"]),
+    (["--planner", "magic"], ["unknown planner 'magic'"]),
+    (["--regions", "magic"], ["unknown region source 'magic'"]),
+    (["--set", "sead=3"], ["unknown key 'sead'"]),
+    (["--set", "seed=3"], ["--set seed=3", "options of its own"]),
+    (["--difficulty", "0.3:0.1:4"], ["--difficulty '0.3:0.1:4'", "LOW:HIGH:N"]),
+    (["--trials", "0"], ["--trials"]),
+    (["--trials", "100001"], ["trials", "100000"]),
+    (["--duration", "-1"], ["duration"]),
+    (["--seed", "2147483647"], ["last seed"]),
+    (["--resume"], ["holds no bench to go on with"]),
+    (["--out", ""], ["--out", "empty name"]),
+    (["compare", "here", "there"], ["here", "no bench"]),
+]
+
+
+@pytest.mark.parametrize(("arguments", "parts"), BAD_INPUT, ids=lambda value: " ".join(value))
+def test_bad_input_ends_with_one_line_and_status_2(arguments, parts, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("quadpips_drake.benchmark.bench.bench.run_missing", None)  # refused before any trial is run
+    status, _, errors = quadpips("bench", *arguments)
+    assert (status, errors.count("\n")) == (2, 1), errors
+    assert errors.startswith("error: ")
+    assert all(part in errors for part in parts), errors
+    assert not (tmp_path / "out" / "bench" / JOURNAL).exists()
+
+
+def test_two_benches_do_not_write_into_one_folder(tmp_path):
+    with ResultDirectory(tmp_path, ()):
+        status, _, errors = quadpips("bench", "--terrain", "flat", "--out", tmp_path)
+    assert status == 2
+    assert "another process is writing" in errors
+
+
+@pytest.mark.slow
+def test_a_real_bench_is_run_and_resumed(tmp_path):
+    what = ("bench", "--terrain", "flat,ramp_10", "--trials", "1", "--seed", "7", "--duration", "1")
+    status, said, errors = quadpips(*what, "--workers", "1", "--out", tmp_path)
+    assert status == 0, errors
+    assert "anymal_c flat quadpips: 0 of 1" in said
+    table = polars.read_parquet(tmp_path / "results.parquet")
+    assert table["terrain"].to_list() == ["flat", "ramp_10"]
+    assert table["reason"].to_list() == 2 * ["timeout"]
+    assert table["timings_ms.whole_body_control.n"].min() > 100
+    assert len(set(table["digest"])) == 2
+    assert "| anymal_c | ramp_10 | quadpips | 0/1 |" in (tmp_path / "summary.md").read_text()
+
+    journal = (tmp_path / JOURNAL).read_text()
+    assert quadpips(*what, "--out", tmp_path)[0] == 2
+    status, _, errors = quadpips(*what, "--trials", "2", "--out", tmp_path, "--resume")
+    assert status == 2 and "trials 1 there, 2 here" in errors
+    assert quadpips("bench", "--out", tmp_path, "--resume")[0] == 0
+    assert (tmp_path / JOURNAL).read_text() == journal
