@@ -104,8 +104,10 @@ def sample_swing(path, times, out):
 
 @njit(cache=True)
 def least_clearance(path, duration, p0, p1, profile, clearance, first):
-    """Smallest height over the ground profile, less the wanted clearance (which fades towards both ends) [m]; without the first
-    and the last ``first`` of the points that are tested."""
+    """Smallest height over the ground profile, less the wanted clearance (which fades towards both ends) [m].
+
+    ``first``: the point that is tested first; as many are left out at the other end.
+    """
     chord = (p1[0] - p0[0], p1[1] - p0[1])
     horizontal2 = chord[0] * chord[0] + chord[1] * chord[1]
     point = np.empty((3, 3))

@@ -26,8 +26,8 @@ from quadpips_drake.values.swing_plan import SwingPlan, SwingReport
 
 
 def _swing_problem() -> OcpConfig:
-    """A foot keeps to its way and lands on its foothold: with the weights of the release (100) a swing that joints are almost
-    too slow for landed up to 12 cm beside it, and took more iterations to do so."""
+    """A foot keeps to its way and lands on its foothold: with the release's weight (100) a swing that joints are almost too
+    slow for landed up to 12 cm beside it, and took more iterations to do so."""
     return OcpConfig(swing_error_gain=20.0, weights=TrackingWeights(foot_position=[3000.0, 3000.0, 3000.0]))
 
 
@@ -66,8 +66,9 @@ class SwingOptimizer:
     """Optimises the swings of a foothold plan one after the other; each starts where the last one ended.
 
     A swing is refused when no leg configuration reaches its target, when no apex clears the ground on the way, when the SQP
-    does not come to a feasible point, or when a foot would miss its foothold. Then the swing before it is optimised anew to end at rest, where the plan ends; what was
-    refused, and why, comes with it. Nothing that is not feasible is in the reference.
+    does not come to a feasible point, or when a foot would miss its foothold. Then the swing before it is optimised anew to
+    end at rest, where the plan ends; what was refused, and why, comes with it. Nothing that is not feasible is in the
+    reference.
     """
 
     def __init__(self, robot: RobotModel, config: SwingOptimizerConfig | None = None):
