@@ -20,6 +20,8 @@ _PRICE_OF_RISE = 0.05
 """An apex rises by so much only for this part of it in clearance [1]."""
 _TESTED = 40
 """Points of a swing that are held against the ground [1]."""
+_AT_AN_END = 4
+"""Of them, how many at either end belong to the foothold rather than to the way [1]."""
 _FLAT_END = 0.25
 """The wanted clearance fades, as a parabola, within this part of the swing from both ends [1]."""
 
@@ -101,13 +103,16 @@ def sample_swing(path, times, out):
 
 
 @njit(cache=True)
-def least_clearance(path, duration, p0, p1, profile, clearance):
-    """Smallest height over the ground profile, less the wanted clearance (which fades towards both ends) [m]."""
+def least_clearance(path, duration, p0, p1, profile, clearance, first):
+    """Smallest height over the ground profile, less the wanted clearance (which fades towards both ends) [m].
+
+    ``first``: the point that is tested first; as many are left out at the other end.
+    """
     chord = (p1[0] - p0[0], p1[1] - p0[1])
     horizontal2 = chord[0] * chord[0] + chord[1] * chord[1]
     point = np.empty((3, 3))
     least, last = np.inf, len(profile) - 1
-    for k in range(1, _TESTED):
+    for k in range(first, _TESTED + 1 - first):
         phase = k / _TESTED
         evaluate_swing(path, phase * duration, point)
         part = phase
@@ -132,13 +137,13 @@ def clearing_path(p0, v0, p1, v1, duration, height, profile, clearance, max_rise
     is preferred.
     """
     best = swing_path(p0, v0, p1, v1, duration, height, APEX_PART)
-    best_missing = max(0.0, -least_clearance(best, duration, p0, p1, profile, clearance))
+    best_missing = max(0.0, -least_clearance(best, duration, p0, p1, profile, clearance, 1))
     rise, best_rise, cleared = 0.0, 0.0, best_missing == 0.0
     while not cleared and rise <= max_rise + 1e-9:
         for option in range(1 + len(_OTHER_PARTS)):
             part = APEX_PART if option == 0 else _OTHER_PARTS[option - 1]
             path = swing_path(p0, v0, p1, v1, duration, height + rise, part)
-            missing = max(0.0, -least_clearance(path, duration, p0, p1, profile, clearance))
+            missing = max(0.0, -least_clearance(path, duration, p0, p1, profile, clearance, 1))
             if missing + _PRICE_OF_RISE * rise < best_missing + _PRICE_OF_RISE * best_rise - 1e-12:
                 best, best_missing, best_rise = path, missing, rise
             cleared = cleared or missing == 0.0
@@ -146,3 +151,9 @@ def clearing_path(p0, v0, p1, v1, duration, height, profile, clearance, max_rise
                 break
         rise += _HEIGHT_STEP
     return best, best_rise
+
+
+@njit(cache=True)
+def depth_on_the_way(path, duration, p0, p1, profile):
+    """By how much the swing is below the profile [m], but for its ends, where a foot stands beside what is there."""
+    return max(0.0, -least_clearance(path, duration, p0, p1, profile, 0.0, _AT_AN_END))

@@ -8,6 +8,7 @@ from quadpips_drake.trajectory.swing.swing_kernels import (
     END,
     START,
     clearing_path,
+    depth_on_the_way,
     evaluate_swing,
     sample_swing,
     swing_path,
@@ -79,7 +80,7 @@ class SwingSpline:
         duration = self.end_time - self.start_time
         shrink = min(1.0, duration / time_scale)
         v0, v1 = (shrink * liftoff_velocity) * self.ends[2], (shrink * touchdown_velocity) * self.ends[3]
-        shape, rise = (self.start_point, v0, self.end_point, v1, duration, shrink * apex_height), 0.0
+        shape, rise, depth = (self.start_point, v0, self.end_point, v1, duration, shrink * apex_height), 0.0, 0.0
         self.profile = profile
         """As given."""
         if profile is None:
@@ -87,9 +88,12 @@ class SwingSpline:
         else:
             heights = np.array(profile, dtype=float)
             self.path, rise = clearing_path(*shape, heights, shrink * clearance, _RISE_LIMIT * apex_height)
+            depth = depth_on_the_way(self.path, duration, self.start_point, self.end_point, heights)
         """All of it in one array, for compiled functions; see ``swing_path``."""
         self.apex_height = float(apex_height + rise)
         """Over the chord [m]; of a short swing before it is flattened."""
+        self.depth = float(depth)
+        """By how much it is below the profile on its way, because no apex clears it [m]."""
         self.path[START], self.path[END] = self.start_time, self.end_time
 
     @staticmethod

@@ -9,15 +9,17 @@ from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_library import load_robot
+from quadpips_drake.terrain.penetration import sphere_depths
+from quadpips_drake.terrain.terrain import Box, Terrain, pose
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trajectory.swing.ground_profile import region_halfspaces
+from quadpips_drake.trajectory.swing.ground_profile import KnownGround, region_halfspaces
 from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer, SwingOptimizerConfig
 from quadpips_drake.trajectory.swing.swing_optimizer_system import SwingTrajectoryOptimizer
 from quadpips_drake.trajectory.swing.target_configuration import TargetConfig, find_target, foot_centers
 from quadpips_drake.values.centroidal import CentroidalInput
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import FootholdPlan, Stance
-from quadpips_drake.values.regions import PlanarRegion
+from quadpips_drake.values.regions import GroundHeights, PlanarRegion
 from tests.trajectory.walking import robot_state_of, uneven_plan
 
 STEPS = {"anymal_c": 0.2, "go2": 0.12}
@@ -149,6 +151,36 @@ def test_foothold_out_of_reach_ends_the_plan_before_it(optimizer):
 def test_plan_without_stances_gives_no_samples(optimizer):
     result = optimizer.optimize(optimizer.model.nominal_state(), FootholdPlan(0.0, 7, reason="no way"))
     assert not result.success and result.reason == "no way" and result.reference.request_id == 7
+
+
+def wall_across(robot, plan, height):
+    """Heights of level ground with a wall, 4 cm thick, in the middle of the way of the plan's first swinging foot."""
+    leg, cell = plan.swing_legs[0][0], 0.01
+    middle = 0.5 * (plan.stances[0].footholds[leg, 0] + plan.stances[1].footholds[leg, 0])
+    x = np.arange(-1.0, 1.0, cell) + 0.5 * cell
+    heights = np.zeros((len(x), 200), dtype=np.float32)
+    heights[np.abs(x - middle) < 0.02] = height
+    return KnownGround((), GroundHeights(0.0, np.array([-1.0, -1.0]), cell, heights))
+
+
+@pytest.mark.parametrize("height", [0.12, 0.18])
+def test_a_swing_clears_a_wall_and_lands_on_its_foothold(height):
+    robot = load_robot("anymal_c")
+    optimizer, plan = SwingOptimizer(robot), uneven_plan(robot, swings=1, step=0.4, legs=((Leg.LF,),))
+    ground = wall_across(robot, plan, height)
+    result = optimizer.optimize(optimizer.model.nominal_state(), plan, ground=ground)
+    assert result.success and result.reports[0].landing_error < 0.02
+    wall = Box(X_WE=pose((plan.stances[0].footholds[Leg.LF, 0] + 0.1, 0.0, 0.5 * height)), size=[0.04, 2.0, height])
+    feet = np.array([optimizer.model.foot_positions(x)[Leg.LF] for x in result.reference.states])
+    terrain = Terrain("wall", np.zeros(3), np.array([1.0, 0.0]), 1.0, (wall,))
+    assert sphere_depths(terrain, feet, robot.foot_radius).max() < 0.01
+
+
+def test_a_swing_that_cannot_clear_a_wall_is_refused():
+    robot = load_robot("anymal_c")
+    optimizer, plan = SwingOptimizer(robot), uneven_plan(robot, swings=1, step=0.4, legs=((Leg.LF,),))
+    result = optimizer.optimize(optimizer.model.nominal_state(), plan, ground=wall_across(robot, plan, 0.4))
+    assert not result.success and "cm of ground" in result.refused.reason
 
 
 def test_failed_optimisation_leaves_no_motion():
