@@ -117,9 +117,7 @@ def walk(terrain, robot, config: PlanningConfig, *, camera=False, max_plans=40) 
         report.plans += 1
         regions = eyes.look(*state.p_WB[:2], float(state.rpy_WB[2]))
         t0 = time.thread_time()
-        path = search_torso_path(
-            state.p_WB, state.rpy_WB[2], regions, goal, robot, config.torso, request_id=report.plans
-        )
+        path = search_torso_path(state.p_WB, state.rpy_WB[2], regions, goal, robot, config.torso, request_id=report.plans)
         t1 = time.thread_time()
         plan = search_footholds(state, path.regions, path, robot, config.footholds)
         report.torso_ms.append(1e3 * (t1 - t0))

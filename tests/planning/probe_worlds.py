@@ -37,7 +37,9 @@ def ramp(degrees, length=2.5):
     a = np.radians(degrees)
     run, climb, t = length * np.cos(a), length * np.sin(a), 0.05
     top = _slab(run + 1.5, 0, 3.0, 3.0, climb)
-    ramp_slab = Box(size=(length, 3.0, 0.1), X_WE=pose((0.5 * run + t * np.sin(a), 0, 0.5 * climb - t * np.cos(a)), (0, -a, 0)))
+    ramp_slab = Box(
+        size=(length, 3.0, 0.1), X_WE=pose((0.5 * run + t * np.sin(a), 0, 0.5 * climb - t * np.cos(a)), (0, -a, 0))
+    )
     return Terrain("probe", (-0.8, 0, 0), (run + 1.0, 0), 1.0, (_slab(-1.5, 0, 3.0, 3.0), ramp_slab, top))
 
 
@@ -90,7 +92,9 @@ def rubble(seed, size=0.25, length=2.5):
     rng = np.random.default_rng(int(seed))
     n, m = int(length / size), 10
     boxes = [
-        _slab((i + 0.5) * size, (j + 0.5 - m / 2) * size, size, size, rng.uniform(-0.06, 0.06), (*rng.uniform(-0.2, 0.2, 2), 0))
+        _slab(
+            (i + 0.5) * size, (j + 0.5 - m / 2) * size, size, size, rng.uniform(-0.06, 0.06), (*rng.uniform(-0.2, 0.2, 2), 0)
+        )
         for i in range(n)
         for j in range(m)
     ]
