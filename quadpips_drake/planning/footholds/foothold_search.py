@@ -10,14 +10,8 @@ from quadpips_drake.gaits.swing_gaits import SwingGait, swing_gait
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.refused_swings import are_refused
-from quadpips_drake.planning.footholds.stance_transitions import (
-    REJECTIONS,
-    cost_rate,
-    distance_to_go,
-    expand,
-    make_transition_model,
-    stance_deviation,
-)
+from quadpips_drake.planning.footholds.stance_rules import REJECTIONS, make_transition_model, stance_deviation
+from quadpips_drake.planning.footholds.stance_transitions import cost_rate, distance_to_go, expand
 from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.planning.region_table import make_region_table, may_carry_a_foot
 from quadpips_drake.planning.start_stance import attach_feet

@@ -13,7 +13,10 @@ from quadpips_drake.planning.footholds.refused_swings import are_refused
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.planning.start_stance import attach_feet, start_ground, with_region
 from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
+from quadpips_drake.robots.leg_shapes import leg_gap
+from quadpips_drake.robots.reachability import leg_chains
 from quadpips_drake.robots.robot_library import load_robot
+from quadpips_drake.robots.stance_limits import stance_limits
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import RefusedSwing
 from quadpips_drake.values.regions import RegionSet
@@ -21,12 +24,11 @@ from tests.planning import worlds
 
 ROBOT = load_robot("anymal_c")
 NOMINAL = ROBOT.nominal_footholds_B
+NEIGHBOURS = ((Leg.LF, Leg.RF), (Leg.LH, Leg.RH), (Leg.LF, Leg.LH), (Leg.RF, Leg.RH))
 GO2_FEET = {
-    "min_separation": 0.10,
     "reach_offset": [0.0, 0.01, 0.03],
     "reach_semi_axes": [0.26, 0.15, 0.17],
     "max_swing": 0.30,
-    "width_tolerance": 0.13,
     "length_tolerance": 0.22,
     "preferred_swing": 0.18,
 }
@@ -36,6 +38,7 @@ WORLDS = {
     "stairs": (worlds.stairs(), (3.2, 0.0)),
     "ramp": (worlds.ramp(), (2.5, 0.0)),
     "gap": (worlds.pit(0.30), (2.3, 0.0)),
+    "beam": (worlds.beam(0.25), (3.2, 0.0)),
     "winding_beam": (worlds.winding_beam(), (3.6, 2.0)),
 }
 
@@ -68,7 +71,8 @@ def assert_valid(plan, config, robot=ROBOT):
 def assert_good_stance(stance, nominal, config, robot):
     """Separation, eqs. 16-17, inverse kinematics."""
     distances = np.linalg.norm(stance.footholds[:, None] - stance.footholds[None], axis=2)
-    assert distances[np.triu_indices(4, 1)].min() >= config.min_separation
+    assert distances[np.triu_indices(4, 1)].min() >= 2 * robot.foot_radius + robot.leg_clearance
+    limits = stance_limits(robot)
     roll, pitch, yaw = stance.rpy_WB
     Rx = np.array([[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]])
     Ry = np.array([[np.cos(pitch), 0, np.sin(pitch)], [0, 1, 0], [-np.sin(pitch), 0, np.cos(pitch)]])
@@ -76,13 +80,14 @@ def assert_good_stance(stance, nominal, config, robot):
     R_WB = Rz @ Ry @ Rx
     local = (stance.footholds - stance.p_WB) @ R_WB
     for left, right in ((Leg.LF, Leg.RF), (Leg.LH, Leg.RH)):
-        ideal = nominal[left, 1] - nominal[right, 1]
-        assert abs(local[left, 1] - local[right, 1] - ideal) < config.width_tolerance
+        assert limits.min_width <= local[left, 1] - local[right, 1] <= limits.max_width
     for fore, hind in ((Leg.LF, Leg.LH), (Leg.RF, Leg.RH)):
         ideal = nominal[fore, 0] - nominal[hind, 0]
         assert abs(local[fore, 0] - local[hind, 0] - ideal) < config.length_tolerance
     centers = (stance.footholds + robot.foot_radius * stance.normals - stance.p_WB) @ R_WB
     assert all(robot.leg_inverse_kinematics_B(leg, centers[leg])[1] for leg in Leg)
+    gaps = [leg_gap(int(i), centers[i], int(j), centers[j], leg_chains(robot), robot.leg_shapes) for i, j in NEIGHBOURS]
+    assert min(gaps) >= robot.leg_clearance
 
 
 @pytest.mark.parametrize("gait", swing_gait_names())
