@@ -47,7 +47,9 @@ def foothold_statistics(
     for i, reference in enumerate(references):
         cancelled = references[i + 1].stamp if i + 1 < len(references) else np.inf
         for foothold in reference.footholds:
-            settled = foothold.touchdown_time + SETTLING_TIME
+            lifts = [start for start, _ in reference.schedule.swings(foothold.leg) if start > foothold.touchdown_time]
+            # A leg that swings twice in a row may not stand that long.
+            settled = min([foothold.touchdown_time + SETTLING_TIME, *(0.5 * (foothold.touchdown_time + t) for t in lifts)])
             if settled > min(time[-1], cancelled):
                 continue
             counts["planned"] += 1
@@ -56,7 +58,6 @@ def foothold_statistics(
             errors.append(error)
             if error > miss_distance or not contacts[at, foothold.leg]:
                 counts["missed"] += 1
-            lifts = [start for start, _ in reference.schedule.swings(foothold.leg) if start > foothold.touchdown_time]
             until = int(np.searchsorted(time, min([*lifts, max(reference.end_time, settled), cancelled])))
             track = foot_positions[at : max(until, at + 1), foothold.leg, :2]
             if np.linalg.norm(track - track[0], axis=1).max() > slip_distance:
