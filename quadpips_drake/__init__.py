@@ -8,7 +8,8 @@ The public interface; everything else may move. A run in a few lines:
     result = qp.run_trial(config, "out/my_run")
 
 Robots and worlds: ``load_robot``, ``RobotModel``, ``load_terrain``, ``Terrain``, ``Box``, ``Cylinder``, ``Sphere``,
-``Mesh``, ``Steppability``, ``GroundTruth``.
+``Mesh``, ``Steppability``, ``GroundTruth``; ``terrain_difficulty``, ``takes_difficulty``, ``suite_names``,
+``suite_terrains``.
 
 Trials: ``load_config``, ``TrialConfig``, ``Trial``, ``run_trial``, ``load_walk_config``, ``WalkTrialConfig``, ``WalkTrial``,
 ``run_walk``, ``TrialResult``, ``UserInputError``.
@@ -35,7 +36,9 @@ __version__ = "0.1.0"
 _HOMES = {
     "robots.robot_library": ("load_robot",),
     "robots.robot_model": ("RobotModel",),
-    "terrain.library": ("load_terrain",),
+    "terrain.library": ("load_terrain", "terrain_difficulty"),
+    "terrain.environments.difficulty": ("takes_difficulty",),
+    "terrain.suites": ("suite_names", "suite_terrains"),
     "terrain.terrain": ("Terrain", "Box", "Cylinder", "Sphere", "Mesh"),
     "terrain.truth": ("GroundTruth",),
     "trials.loading": ("load_config", "load_walk_config"),

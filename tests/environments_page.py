@@ -83,11 +83,11 @@ up to 5 cm in x and y and 0.05 rad. Start is x, y [m] and yaw [rad], goal x, y [
 the start and a flag at the goal; dark is what no foot may use (a pit's floor), orange what may be stepped over but not on.
 
 A terrain of one's own: [terrain.md](terrain.md), [extending.md](extending.md). A function of another package gets a
-difficulty by the decorator `takes_difficulty` in `terrain/environments/difficulty.py`.
+difficulty by the decorator `quadpips_drake.takes_difficulty`.
 
 ## Suites
 
-`quadpips_drake.terrain.suites.suite_terrains(name, robot)`:
+`quadpips_drake.suite_terrains(name, robot)`:
 
 | suite | ANYmal C | Go2 |
 |---|---|---|

@@ -60,7 +60,7 @@ def show(
     terrain = _load(name, seed, start, goal, difficulty)
     out = out or Path(f"{terrain.name}.png")
     save_terrain_picture(terrain, out)
-    _describe(terrain)
+    _describe(terrain, name, difficulty)
     for problem in (problem_with_start(terrain), problem_with_goal(terrain)):
         if problem:
             say(f"warning:  {problem}")
@@ -85,7 +85,7 @@ def export(
     if out.suffix.lower() not in (".yaml", ".yml"):
         raise UserInputError(f"--out {out}: the name must end in .yaml or .yml")
     write_terrain_file(terrain, out)
-    _describe(terrain)
+    _describe(terrain, name, difficulty)
     say(f"file:     {out}")
 
 
@@ -97,8 +97,13 @@ def _load(name: str, seed: int, start: str | None, goal: str | None, difficulty:
     return load_terrain(name, seed=seed, start=start, goal=goal, difficulty=difficulty)
 
 
-def _describe(terrain):
+def _describe(terrain, name: str, difficulty: float | None):
+    from quadpips_drake.terrain.library import terrain_difficulty, terrains
+
     say(f"terrain:  {terrain.name}, {len(terrain.elements)} elements, friction {terrain.friction:g}")
+    kind = terrain_difficulty(name) if name in terrains else None
+    if kind is not None:
+        say(f"how hard: {kind.told(difficulty)}")
     say(f"size:     {_size(terrain)} m (x, y, z)")
     say(f"start:    {_list(terrain.start)} (x, y [m], yaw [rad])")
     say(f"goal:     {_list(terrain.goal)} (x, y [m])")

@@ -6,13 +6,13 @@ pieces of their own, as polyhedra of 64 sides around.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 import shapely
 
 from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Sphere
-from quadpips_drake.terrain.triangles import BOX_FACES, sphere_triangles
+from quadpips_drake.terrain.triangles import BOX_FACES, sphere_triangles, unit_sphere
 from quadpips_drake.values.steppability import Steppability
 
 _SIDES = 64
@@ -227,11 +227,16 @@ def _solids(element: Element) -> list[tuple[np.ndarray, np.ndarray]]:
         edges = np.concatenate((around, around + _SIDES, np.column_stack((i, i + _SIDES))))
         return [(np.concatenate(_rings(element)), edges)]
     if isinstance(element, Sphere):
-        corners, faces = sphere_triangles(element, _SIDES)
-        pairs = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-        return [(corners, np.unique(pairs, axis=0))]
+        return [(sphere_triangles(element, _SIDES)[0], _sphere_edges())]
     edges = np.array([(0, 1), (1, 2), (2, 0)])
     return [(corners, edges) for corners in element.corners()[element.triangles]]
+
+
+@cache
+def _sphere_edges() -> np.ndarray:
+    """Between the corners of the polyhedron that stands for a sphere, (m, 2)."""
+    _, faces = unit_sphere(_SIDES)
+    return np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
 
 
 def _rings(cylinder: Cylinder) -> tuple[np.ndarray, np.ndarray]:

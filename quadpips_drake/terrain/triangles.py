@@ -1,5 +1,7 @@
 """The surface of terrain elements as triangles."""
 
+from functools import cache
+
 import numpy as np
 from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh
@@ -8,6 +10,8 @@ from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Sphere
 
 _SIDES = 32
 """Of the prism that stands for a cylinder, and around a sphere, where these are drawn as triangles."""
+_BANDS = 16
+"""Of a sphere, from pole to pole."""
 BOX_FACES = np.array(((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)))
 """Corners of a box's faces, counter-clockwise from outside (index = 4 ix + 2 iy + iz as in ``Box.corners``)."""
 
@@ -45,11 +49,15 @@ def _cylinder(element: Cylinder) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sphere_triangles(element: Sphere, sides: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) in W [m] on a sphere, ``sides`` around it and half as many from pole to pole, and triangles between.
+    """Points (n, 3) in W [m] on a sphere, ``sides`` around it, and triangles between them."""
+    points, faces = unit_sphere(sides)
+    return element.X_WE[:3, 3] + element.radius * points, faces
 
-    First the two poles (lower, upper), then ring after ring from below.
-    """
-    polar, around = np.linspace(-0.5 * np.pi, 0.5 * np.pi, sides // 2 + 1)[1:-1], 2 * np.pi * np.arange(sides) / sides
+
+@cache
+def unit_sphere(sides: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3): the two poles (lower, upper), then ring after ring from below; triangles, int (m, 3)."""
+    polar, around = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _BANDS + 1)[1:-1], 2 * np.pi * np.arange(sides) / sides
     rings = np.stack((np.outer(np.cos(polar), np.cos(around)), np.outer(np.cos(polar), np.sin(around))), axis=-1)
     heights = np.broadcast_to(np.sin(polar)[:, None, None], (*rings.shape[:2], 1))
     points = np.concatenate(([[0, 0, -1], [0, 0, 1]], np.concatenate((rings, heights), axis=-1).reshape(-1, 3)))
@@ -62,7 +70,7 @@ def sphere_triangles(element: Sphere, sides: int) -> tuple[np.ndarray, np.ndarra
         faces += [np.column_stack((a, b, b + sides)), np.column_stack((a, b + sides, a + sides))]
     last = 2 + (len(polar) - 1) * sides
     faces.append(np.column_stack((high, last + i, last + k)))
-    return element.X_WE[:3, 3] + element.radius * points, np.concatenate(faces)
+    return points, np.concatenate(faces)
 
 
 def in_memory_mesh(vertices: np.ndarray, triangles: np.ndarray) -> InMemoryMesh:

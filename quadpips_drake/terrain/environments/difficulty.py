@@ -33,8 +33,12 @@ class Difficulty:
     larger_is_harder: bool = True
 
     def __str__(self):
-        harder = "larger" if self.larger_is_harder else "smaller"
-        return f"{self.title} {self.default:.4g}{self._after_a_number} ({self.low:g} to {self.high:g}, {harder} is harder)"
+        return self.told()
+
+    def told(self, value: float | None = None) -> str:
+        """In words: ``value``, by default that of the environment itself, and the range."""
+        value, harder = self.default if value is None else value, "larger" if self.larger_is_harder else "smaller"
+        return f"{self.title} {value:.4g}{self._after_a_number} ({self.low:g} to {self.high:g}, {harder} is harder)"
 
     @property
     def _after_a_number(self) -> str:
