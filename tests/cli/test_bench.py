@@ -20,6 +20,8 @@ BAD_INPUT = [
     (["--trials", "100001"], ["trials", "100000"]),
     (["--duration", "-1"], ["duration"]),
     (["--seed", "2147483647"], ["last seed"]),
+    (["--recordings", "some"], ["--recordings 'some'", "failed, all, none"]),
+    (["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], ["--scheduler", "leave --workers"]),
     (["--resume"], ["holds no bench to go on with"]),
     (["--out", ""], ["--out", "empty name"]),
     (["compare", "here", "there"], ["here", "no bench"]),
@@ -50,6 +52,10 @@ def test_a_real_bench_is_run_and_resumed(tmp_path):
     status, said, errors = quadpips(*what, "--workers", "1", "--out", tmp_path)
     assert status == 0, errors
     assert "anymal_c flat quadpips: 0 of 1" in said
+    for terrain in ("flat", "ramp_10"):
+        link = f"recordings/anymal_c-{terrain}-quadpips-7.html"
+        assert "MeshCat" in (tmp_path / link).read_text()
+        assert f"| [recording]({link}) |" in (tmp_path / "summary.md").read_text(), "the same bits once more"
     table = polars.read_parquet(tmp_path / "results.parquet")
     assert table["terrain"].to_list() == ["flat", "ramp_10"]
     assert table["reason"].to_list() == 2 * ["timeout"]
@@ -63,3 +69,4 @@ def test_a_real_bench_is_run_and_resumed(tmp_path):
     assert status == 2 and "trials 1 there, 2 here" in errors
     assert quadpips("bench", "--out", tmp_path, "--resume")[0] == 0
     assert (tmp_path / JOURNAL).read_text() == journal
+    assert (tmp_path / "recordings.jsonl").read_text().count("\n") == 2

@@ -12,8 +12,8 @@ import pytest
 from quadpips_drake.benchmark.bench.bench import JOURNAL, claim, rows_of, run_missing
 from quadpips_drake.benchmark.bench.journal import Journal, read_journal
 from quadpips_drake.benchmark.bench.process_pool import ProcessPool
-from quadpips_drake.benchmark.bench.reports import SUMMARY, write_reports
-from quadpips_drake.benchmark.bench.results import RESULTS
+from quadpips_drake.benchmark.bench.reporting.reports import SUMMARY, write_reports
+from quadpips_drake.benchmark.bench.reporting.results import RESULTS
 from quadpips_drake.benchmark.bench.settings import BenchSettings, Course, courses_of, difficulties_of, load_settings
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.terrain.suites import suite_terrains

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from quadpips_drake.benchmark.bench.reporting.summary import summary
+from quadpips_drake.benchmark.bench.reporting.sweep import Sweep, sweeps_of
 from quadpips_drake.benchmark.bench.scores import Score
 from quadpips_drake.benchmark.bench.settings import BenchSettings, Course, difficulties_of
-from quadpips_drake.benchmark.bench.summary import summary
-from quadpips_drake.benchmark.bench.sweep import Sweep, sweeps_of
 from tests.benchmark.bench.fake_trials import fake_row
 
 
