@@ -20,6 +20,8 @@ class PlanRequest(ImmutableValue):
     """Time of the request [s]."""
     goal: np.ndarray
     """Goal of the torso in the world, xy [m], shape (2,)."""
+    level: int = 0
+    """How hard to try, from 0 on: one more for each failure in a row."""
 
     @staticmethod
     def empty() -> "PlanRequest":
@@ -39,6 +41,12 @@ class TorsoPath(ImmutableValue):
     """The RegionSet that was searched."""
     reason: str = ""
     """Empty when a path was found; else why not."""
+    level: int = 0
+    """Of escalation, as requested."""
+    to_goal: bool = True
+    """Whether it ends at the goal; else at a sub-goal that is nearer or shows more."""
+    viewpoints: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Where the robot stood when it planned for this goal, x, y [m], yaw [rad], shape (k, 3): what it counts as seen."""
 
     @staticmethod
     def empty() -> "TorsoPath":
