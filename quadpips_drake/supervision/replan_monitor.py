@@ -174,7 +174,7 @@ def _pausing(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor
 def _asking(monitor: Monitor, now: Situation, start: PlanStart | None = None) -> dict:
     """Changes of the monitor that asks for a plan."""
     return {
-        "request": PlanRequest(monitor.request.id + 1, now.time, now.goal, start),
+        "request": PlanRequest(monitor.request.id + 1, now.time, now.goal, start=start, level=monitor.failed_in_a_row),
         "replans": monitor.replans + (monitor.request.id > 0),
         "failing_since": np.inf,
         "refused": _near(monitor.refused, now.state),
