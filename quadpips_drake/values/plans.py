@@ -55,14 +55,14 @@ class TorsoPath(ImmutableValue):
     """The RegionSet that was searched."""
     reason: str = ""
     """Empty when a path was found; else why not."""
-    start: PlanStart | None = None
-    """That of the request."""
     level: int = 0
     """Of escalation, as requested."""
     to_goal: bool = True
     """Whether it ends at the goal; else at a sub-goal that is nearer or shows more."""
     viewpoints: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     """Where the robot stood when it planned for this goal, x, y [m], yaw [rad], shape (k, 3): what it counts as seen."""
+    start: PlanStart | None = None
+    """That of the request."""
 
     @staticmethod
     def empty() -> "TorsoPath":
