@@ -134,5 +134,7 @@ def _feet(robot: RobotModel, states: np.ndarray) -> np.ndarray:
 def _defects(model: CentroidalModel, reference) -> np.ndarray:
     """By how much each state is not what the one before leads to (midpoint rule), (n - 1,)."""
     states, inputs, steps = reference.states, reference.inputs[:-1], np.diff(reference.times)[:, None]
-    middle = states[:-1] + 0.5 * steps * model.linearize(states[:-1], inputs)[0]
-    return np.linalg.norm(states[:-1] + steps * model.linearize(middle, inputs)[0] - states[1:], axis=1)
+    rates = np.array([model.dynamics(x, u) for x, u in zip(states[:-1], inputs, strict=True)])
+    middle = states[:-1] + 0.5 * steps * rates
+    rates = np.array([model.dynamics(x, u) for x, u in zip(middle, inputs, strict=True)])
+    return np.linalg.norm(states[:-1] + steps * rates - states[1:], axis=1)
