@@ -89,6 +89,10 @@ class Monitor(ImmutableValue):
     aborts: int = 0
     failed_plans: int = 0
     failed_in_a_row: int = 0
+    level: int = 0
+    """How hard the next plan is tried: more after each failure and instability, less after each reference."""
+    escalated: int = 0
+    """Requests above level 0."""
 
 
 def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **changes) -> Monitor:
@@ -98,7 +102,8 @@ def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **change
 def advance(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     """Returns the monitor's memory after looking at the situation ``now``."""
     if now.safety.unstable and monitor.phase in ("pausing", "planning", "walking", "goal_reached"):
-        return _enter(monitor, "recovering", now.time, now.safety.reason, aborts=monitor.aborts + 1)
+        level = max(monitor.level, 1)  # more carefully from here on
+        return _enter(monitor, "recovering", now.time, now.safety.reason, aborts=monitor.aborts + 1, level=level)
     return _STEPS[monitor.phase](monitor, now, config)
 
 
@@ -119,9 +124,9 @@ def _pause(monitor: Monitor, now: Situation, wait: float, reason: str, config: M
 def _pausing(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     if now.time - monitor.since < monitor.wait - 1e-9:
         return monitor
-    request = PlanRequest(monitor.request.id + 1, now.time, now.goal)
-    replans = monitor.replans + (monitor.request.id > 0)
-    return _enter(monitor, "planning", now.time, monitor.reason, request=request, replans=replans, failing_since=np.inf)
+    request = PlanRequest(monitor.request.id + 1, now.time, now.goal, monitor.level)
+    counts = {"replans": monitor.replans + (monitor.request.id > 0), "escalated": monitor.escalated + (monitor.level > 0)}
+    return _enter(monitor, "planning", now.time, monitor.reason, request=request, failing_since=np.inf, **counts)
 
 
 def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
@@ -129,7 +134,7 @@ def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monito
     if now.reference.request_id == asked and len(now.reference.times):
         plan = now.foothold_plan
         reason = f"{len(plan.swing_legs)} swings" if plan.request_id == asked else "a new reference"
-        return _enter(monitor, "walking", now.time, reason, failed_in_a_row=0)
+        return _enter(monitor, "walking", now.time, reason, failed_in_a_row=0, level=max(monitor.level - 1, 0))
     if now.foothold_plan.request_id == asked and not now.foothold_plan.success:
         return _fail(monitor, now, now.foothold_plan.reason, config)
     if now.trajectory_status.request_id == asked and not now.trajectory_status.ok:
@@ -144,7 +149,8 @@ def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monito
 
 def _fail(monitor: Monitor, now: Situation, reason: str, config: MonitorConfig) -> Monitor:
     in_a_row = monitor.failed_in_a_row + 1
-    monitor = replace(monitor, failed_in_a_row=in_a_row, failed_plans=monitor.failed_plans + 1)
+    level = max(monitor.level + 1, in_a_row)
+    monitor = replace(monitor, failed_in_a_row=in_a_row, failed_plans=monitor.failed_plans + 1, level=level)
     if in_a_row >= config.max_failed_plans:
         return _enter(monitor, "no_plan", now.time, f"{in_a_row} plans in a row failed: {reason}")
     return _pause(monitor, now, config.retry_pause, f"the plan failed: {reason}", config)

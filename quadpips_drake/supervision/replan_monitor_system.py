@@ -95,8 +95,10 @@ class ReplanMonitor(Stage):
             fallbacks={
                 "failed_plans": monitor.failed_plans,
                 "aborted_references": monitor.aborts,
+                "escalated_plans": monitor.escalated,
                 "swing_trajectory": now.trajectory_status.fallbacks,
             },
             distance_to_goal=now.distance_to_goal,
+            escalation=monitor.request.level,
         )
         return _Memory(monitor, status)
