@@ -111,7 +111,7 @@ def walk(terrain, robot, config: PlanningConfig, *, camera=False, max_plans=40) 
     eyes, report = Eyes(terrain, robot, camera), Report()
     x, y, yaw = terrain.start
     state, goal = worlds.standing_state(robot, x, y, yaw), np.array(terrain.goal, float)
-    failed, exploration, path = 0, Exploration(), None
+    failed, level, exploration, path = 0, 0, Exploration(), None
     while report.plans < max_plans and failed < config.monitor.max_failed_plans:
         report.where = tuple(state.p_WB[:2])
         report.distance = float(np.hypot(*(state.p_WB[:2] - goal)))
@@ -125,7 +125,7 @@ def walk(terrain, robot, config: PlanningConfig, *, camera=False, max_plans=40) 
         t0 = time.thread_time()
         path = search_torso_path(
             state.p_WB, state.rpy_WB[2], regions, goal, robot, config.torso,
-            request_id=report.plans, level=failed, exploration=exploration,
+            request_id=report.plans, level=level, exploration=exploration,
         )  # fmt: skip
         t1 = time.thread_time()
         exploration = exploration.after(path)
@@ -139,9 +139,9 @@ def walk(terrain, robot, config: PlanningConfig, *, camera=False, max_plans=40) 
             print(f"  {x:.2f} {y:.2f} {yaw:.2f} -> {end} swings {len(plan.swing_legs)} of {plan.expansions}")
         if not plan.success:
             report.failures.append(plan.reason)
-            failed += 1
+            failed, level = failed + 1, max(level + 1, failed + 1)
             continue
-        failed = 0
+        failed, level = 0, max(level - 1, 0)
         report.swings += len(plan.swing_legs)
         report.widths += widths_of(plan)
         state = worlds.state_at(robot, plan.stances[-1])

@@ -69,7 +69,8 @@ class TorsoPlanner(Stage):
         if self.config.assume_start_ground and memory.path.request_id == 0:
             ground = self._unseen_ground(state, regions)
         pose = (*state.p_WB[:2], float(state.rpy_WB[2]))
-        exploration = memory.exploration.standing_at(pose, request.goal, memory.path.poses if request.level else None)
+        failed = request.level > memory.path.level  # the level rises with each failure
+        exploration = memory.exploration.standing_at(pose, request.goal, memory.path.poses if failed else None)
         path = search_torso_path(
             state.p_WB,
             float(state.rpy_WB[2]),

@@ -15,7 +15,7 @@ from quadpips_drake.values.plans import TorsoPath
 from quadpips_drake.values.regions import RegionSet
 
 _AT_GOAL = 0.3
-"""So near to the goal the final yaw is free [m]."""
+"""A goal nearer than this [m] has no direction."""
 
 
 def search_torso_path(
@@ -58,8 +58,7 @@ def search_torso_path(
     if not near:
         return result(reason=reason)
     support = make_support_map(near)
-    to_goal = goal_xy - p_WB[:2]
-    yaw_to_goal = float(np.arctan2(to_goal[1], to_goal[0])) if np.hypot(*to_goal) > _AT_GOAL else yaw
+    yaw_to_goal = _bearing(goal_xy - p_WB[:2], yaw)
     lattice = make_lattice(p_WB, yaw, yaw_to_goal, near, goal_xy, exploration.avoided, support, robot, config)
     if len(lattice.positions) < 2:
         return result(reason="nowhere near do all four legs have ground")
@@ -72,13 +71,18 @@ def search_torso_path(
         0.0, config.yaw_weight, config.max_edge_yaw, config.heading_weight, config.max_expansions,
     )  # fmt: skip
     end = goal_xy if found >= 0 else None
-    if found < 0:
+    if end is None:
         found = choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration, support, config)
     if found < 0:
         return result(reason=_blocked(lattice, closed, goal_xy, support))
     chain = _chain(parent, found, len(lattice.yaws))
     poses = join_path(p_WB, yaw, lattice.positions, lattice.yaws, chain, end, support, robot, config)
     return result(poses, to_goal=end is not None)
+
+
+def _bearing(to_goal, yaw: float) -> float:
+    """Returns the direction of ``to_goal`` (2,), ``yaw`` if that is short [rad]."""
+    return float(np.arctan2(to_goal[1], to_goal[0])) if np.hypot(*to_goal) > _AT_GOAL else yaw
 
 
 def _ground_near(regions: RegionSet, p_WB, config: TorsoConfig) -> tuple[list, str]:
