@@ -1,6 +1,7 @@
 """How far any place is from ground that carries a foot: a raster over the regions, seen from above."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -8,7 +9,7 @@ from numba import njit
 from scipy.ndimage import distance_transform_edt
 
 from quadpips_drake.robots.stance_limits import stance_limits
-from quadpips_drake.values.legs import NUM_LEGS, Leg
+from quadpips_drake.values.legs import Leg
 
 _SAMPLE = 0.06
 """Distance between the places where a leg looks for ground [m]."""
@@ -70,7 +71,8 @@ def make_support_map(regions, resolution: float = 0.04, border: float = 0.6) -> 
     return SupportMap(origin, resolution, distance * resolution, height, nearest)
 
 
-def places_of_legs(robot, config) -> np.ndarray:
+@lru_cache(maxsize=32)
+def places_of_legs(robot, leg_radius: float) -> np.ndarray:
     """Returns where each leg may find ground, in the frame of the base's yaw, the nearest to its nominal foothold first.
 
     Forward and backward up to ``leg_radius``; inward and outward half of what the robot's stance limits leave.
@@ -79,7 +81,7 @@ def places_of_legs(robot, config) -> np.ndarray:
         x, y [m] and the distance from the nominal foothold [m], (4, m, 3).
     """
     nominal, limits = np.asarray(robot.nominal_footholds_B)[:, :2], stance_limits(robot)
-    along = np.linspace(-1.0, 1.0, 2 * int(np.ceil(config.leg_radius / _SAMPLE)) + 1) * config.leg_radius
+    along = np.linspace(-1.0, 1.0, 2 * int(np.ceil(leg_radius / _SAMPLE)) + 1) * leg_radius
     rows = []
     for leg in Leg:
         width = abs(nominal[leg, 1] - nominal[leg ^ 1, 1])
@@ -93,7 +95,9 @@ def places_of_legs(robot, config) -> np.ndarray:
         places = np.column_stack([nominal[leg, 0] + dx, nominal[leg, 1] + leg.side * dy, away])
         rows.append(places[order])
     shortest = min(len(row) for row in rows)
-    return np.array([row[:shortest] for row in rows])
+    found = np.array([row[:shortest] for row in rows])
+    found.flags.writeable = False
+    return found
 
 
 @njit(cache=True, nogil=True)
@@ -126,7 +130,7 @@ def _mean_misses(distance, height, origin, resolution, poses, ground, places, ma
         out[n] = total / places.shape[0]
 
 
-def ground_penalty(support: SupportMap, poses: np.ndarray, ground: np.ndarray, robot, config, places=None) -> np.ndarray:
+def ground_penalty(support: SupportMap, poses: np.ndarray, ground: np.ndarray, robot, config) -> np.ndarray:
     """Returns the extra cost per metre of poses of the base over poor ground, (...); inf where a leg finds none.
 
     It is ``support_weight`` times how far the legs must go from their nominal footholds to find steppable ground, on average
@@ -136,10 +140,8 @@ def ground_penalty(support: SupportMap, poses: np.ndarray, ground: np.ndarray, r
         poses: x, y, yaw of the base in W, (..., 3).
         ground: height of the ground under the base [m], (...).
         config: TorsoConfig.
-        places: ``places_of_legs``, for those who ask often.
     """
-    places = places_of_legs(robot, config) if places is None else places
-    assert len(places) == NUM_LEGS
+    places = places_of_legs(robot, float(config.leg_radius))
     flat = np.ascontiguousarray(poses, dtype=float).reshape(-1, 3)
     misses = np.empty(len(flat))
     _mean_misses(

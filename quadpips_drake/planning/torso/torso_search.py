@@ -67,8 +67,8 @@ def search_torso_path(
         return result(reason=_not_connected(lattice))
     start_yaw = int(np.argmin(np.abs(wrap_angle(lattice.yaws - yaw))))
     parent, closed, cost, found = search_lattice(
-        lattice.positions, lattice.yaws, lattice.penalty, offsets, neighbours, start_yaw, lattice.goal, yaw_to_goal,
-        0.0, config.yaw_weight, config.max_edge_yaw, config.heading_weight, config.max_expansions,
+        lattice.positions, lattice.yaws, lattice.penalty, offsets, neighbours, start_yaw, lattice.goal,
+        config.yaw_weight, config.max_edge_yaw, config.heading_weight, config.max_expansions,
     )  # fmt: skip
     end = goal_xy if found >= 0 else None
     if end is None:
