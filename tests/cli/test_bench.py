@@ -5,6 +5,7 @@ import pytest
 
 from quadpips_drake.benchmark.bench.bench import JOURNAL
 from quadpips_drake.trials.result_directory import ResultDirectory
+from tests.benchmark.bench import fake_trials
 from tests.cli.test_run import quadpips
 
 BAD_INPUT = [
@@ -44,6 +45,22 @@ def test_two_benches_do_not_write_into_one_folder(tmp_path):
         status, _, errors = quadpips("bench", "--terrain", "flat", "--out", tmp_path)
     assert status == 2
     assert "another process is writing" in errors
+
+
+def test_errors_of_the_program_show_in_the_exit_status(tmp_path, monkeypatch):
+    monkeypatch.setattr("quadpips_drake.benchmark.bench.bench_trial.run_bench_trial", fake_trials.refused)
+    monkeypatch.setattr("quadpips_drake.cli.bench.compile_kernels", lambda: True)
+    what = ("bench", "--terrain", "flat", "--workers", "1", "--out", tmp_path)
+    status, said, errors = quadpips(*what, "--trials", "3", "--seed", "1")
+    assert status == 0, errors
+    assert "anymal_c flat quadpips: 2 of 3 (0.21 to 0.94)" in said
+    assert "[3/3] anymal_c flat quadpips seed 3: fell after 13.0 s: roll" in errors
+    assert "running 1 failed trials again, for their recordings" in errors
+    assert "[recording](recordings/anymal_c-flat-quadpips-3.html)" in (tmp_path / "summary.md").read_text()
+    status, _, errors = quadpips(*what[:-1], tmp_path / "errors", "--trials", "1", "--seed", "5")
+    assert status == 1
+    assert "1 trials ended in an error of the program" in errors
+    assert "there is no ground under the start" in (tmp_path / "errors" / "summary.md").read_text()
 
 
 @pytest.mark.slow

@@ -184,8 +184,9 @@ def lines_of(path) -> int:
 
 
 def test_a_folder_is_for_one_bench(tmp_path):
+    claim(BenchSettings(), tmp_path, resume=False)
     claim(SETTINGS, tmp_path, resume=False)
-    assert load_settings(tmp_path) == SETTINGS
+    assert load_settings(tmp_path) == SETTINGS, "no trial of the other one is over"
     claim(SETTINGS, tmp_path, resume=True)
     run_here(tmp_path, fake_trials.quick)
     with pytest.raises(UserInputError, match="12 of 12 trials; add --resume"):
