@@ -55,11 +55,11 @@ def test_errors_of_the_program_show_in_the_exit_status(tmp_path, monkeypatch):
     assert status == 0, errors
     assert "anymal_c flat quadpips: 2 of 3 (0.21 to 0.94)" in said
     assert "[3/3] anymal_c flat quadpips seed 3: fell after 13.0 s: roll" in errors
-    assert "running 1 failed trials again, for their recordings" in errors
+    assert "failed trials are run again for their recordings: 1" in errors
     assert "[recording](recordings/anymal_c-flat-quadpips-3.html)" in (tmp_path / "summary.md").read_text()
     status, _, errors = quadpips(*what[:-1], tmp_path / "errors", "--trials", "1", "--seed", "5")
     assert status == 1
-    assert "1 trials ended in an error of the program" in errors
+    assert "trials that ended in an error of the program: 1" in errors
     assert "there is no ground under the start" in (tmp_path / "errors" / "summary.md").read_text()
 
 

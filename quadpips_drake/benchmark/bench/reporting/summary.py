@@ -25,9 +25,10 @@ def summary(settings: BenchSettings, rows: list[dict], pictures: dict[str, str] 
         rows: of the trials that are over, with "recording": a path to be shown, or None.
         pictures: file name -> what it shows.
     """
-    parts = [_head(settings, rows), _successes(rows), _sweeps(rows), _failures(rows), _motion(rows), _timings(rows)]
-    parts += [f"## {title}\n\n![{title}]({name})" for name, title in (pictures or {}).items()]
-    return "\n\n".join([*(part for part in parts if part), _versions(rows)]) + "\n"
+    shown = [f"## {title}\n\n![{title}]({name})" for name, title in (pictures or {}).items()]
+    parts = [_head(settings, rows), _successes(rows), _sweeps(rows), *shown]
+    parts += [_failures(rows), _motion(rows), _timings(rows), _versions(rows)]
+    return "\n\n".join(filter(None, parts)) + "\n"
 
 
 def markdown_table(head: list[str], lines: list[list]) -> str:
@@ -48,7 +49,7 @@ def _cell(value) -> str:
 def _head(settings: BenchSettings, rows: list[dict]) -> str:
     wanted = len(settings.trial_specs())
     seeds = f"{settings.seed} to {settings.seed + settings.trials - 1}" if settings.trials > 1 else f"{settings.seed}"
-    lines = ["# Bench", f"{len(rows)} trials: {score_of(rows).reached} reached the goal. Seeds {seeds}."]
+    lines = ["# Bench", f"Trials: {len(rows)}. Goals reached: {score_of(rows).reached}. Seeds: {seeds}."]
     if len(rows) < wanted:
         lines.append(f"**Not complete: {wanted - len(rows)} of {wanted} trials are missing.**")
     special = [f"regions: {settings.regions}"] if settings.regions else []
@@ -114,7 +115,7 @@ def _sweeps(rows: list[dict]) -> str:
 
 
 def _failures(rows: list[dict]) -> str:
-    failures = [row for row in rows if not row["success"]]
+    failures = [row for group in grouped(rows, GROUP).values() for row in group if not row["success"]]
     if not failures:
         return ""
     reasons = Counter(row["reason"] for row in failures)
