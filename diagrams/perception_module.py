@@ -41,6 +41,7 @@ class PerceptionModule(Diagram):
         output_ports:
         - affordance_image
         - egocan
+        - ground_heights
         - superpixels
         - region_set
 
@@ -50,6 +51,7 @@ class PerceptionModule(Diagram):
       steppability and judged by geometry.
     - affordance_image: AffordanceImage of the first camera.
     - egocan: EgocanImage, frame E.
+    - ground_heights: GroundHeights that the egocan remembers, frame W.
     - superpixels: SuperpixelImage, frame E.
     - region_set: RegionSet, frame W.
     """
@@ -94,7 +96,8 @@ class PerceptionModule(Diagram):
                 builder.ExportOutput(normals.GetOutputPort("affordance_image"), "affordance_image")
         builder.Connect(egocan.GetOutputPort("egocan"), superpixels.GetInputPort("egocan"))
         builder.Connect(superpixels.GetOutputPort("superpixels"), regions.GetInputPort("superpixels"))
-        for system, port in ((egocan, "egocan"), (superpixels, "superpixels"), (regions, "region_set")):
+        outputs = {"egocan": egocan, "ground_heights": egocan, "superpixels": superpixels, "region_set": regions}
+        for port, system in outputs.items():
             builder.ExportOutput(system.GetOutputPort(port), port)
         builder.BuildInto(self)
         self.set_name("perception")

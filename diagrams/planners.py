@@ -27,7 +27,8 @@ planners = Registry("planner", "quadpips_drake.planners")
 - ``status`` (PlannerStatus): what the planner is about; in the phase ``no_plan`` it has given up, which ends a trial;
 - ``plan`` (PlanSketch; may be missing): what recordings draw.
 
-Its inputs are fed by name: ``robot_state`` (RobotState, the estimate), ``region_set`` (RegionSet), ``safety_status``
+Its inputs are fed by name: ``robot_state`` (RobotState, the estimate), ``region_set`` (RegionSet), ``ground_heights``
+(GroundHeights; not from every region source), ``safety_status``
 (SafetyStatus: while it is unstable, tracking drops the reference), ``goal`` (vector x, y in W [m]) and any of the station's
 outputs (``depth_image``, ``imu``, ...). Nothing behind a planner knows which one it is."""
 

@@ -7,8 +7,8 @@ from quadpips_drake.framework.ports import DiagramBuilder
 from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
+from quadpips_drake.planning.torso.torso_config import TorsoConfig
 from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
-from quadpips_drake.planning.torso.torso_search import TorsoConfig
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.supervision.reference_publisher import ReferencePublisherConfig
 from quadpips_drake.supervision.reference_publisher_system import ReferencePublisher
@@ -42,6 +42,7 @@ class PlanningModule(Diagram):
         input_ports:
         - robot_state
         - region_set
+        - ground_heights (optional)
         - safety_status (optional)
         - goal
         output_ports:
@@ -54,6 +55,7 @@ class PlanningModule(Diagram):
 
     - robot_state: RobotState, frame W.
     - region_set: RegionSet, frame W.
+    - ground_heights (optional): GroundHeights that swings clear, frame W.
     - safety_status (optional): SafetyStatus; while it is unstable the reference is dropped.
     - goal: x, y in W [m], vector (2,).
     - reference: WholeBodyReference to follow, frame W, absolute times; without samples while there is nothing to follow.
@@ -65,6 +67,8 @@ class PlanningModule(Diagram):
     def __init__(self, robot: RobotModel, config: PlanningConfig | None = None, *, timings: StageTimings | None = None):
         """``timings`` collects the stages' computing times."""
         super().__init__()
+        self.optional_inputs = ["ground_heights"]
+        """Inputs that need nothing to feed them."""
         config = config or PlanningConfig()
         builder = DiagramBuilder()
         torso = builder.AddSystem(TorsoPlanner(robot, config.torso, timings=timings))
@@ -79,6 +83,8 @@ class PlanningModule(Diagram):
         builder.Connect(publisher.GetOutputPort("reference"), monitor.GetInputPort("reference"))
         builder.Connect(footholds.GetOutputPort("foothold_plan"), monitor.GetInputPort("foothold_plan"))
         builder.Connect(swings.GetOutputPort("status"), monitor.GetInputPort("trajectory_status"))
+        builder.Connect(swings.GetOutputPort("refused_swings"), monitor.GetInputPort("refused_swings"))
+        builder.Connect(monitor.GetOutputPort("swings_to_avoid"), footholds.GetInputPort("refused_swings"))
         builder.Connect(monitor.GetOutputPort("plan_request"), torso.GetInputPort("plan_request"))
         builder.Connect(monitor.GetOutputPort("abort"), publisher.GetInputPort("abort"))
 
@@ -86,6 +92,8 @@ class PlanningModule(Diagram):
         for system in (footholds, swings, monitor):
             builder.ConnectInput("robot_state", system.GetInputPort("robot_state"))
         builder.ExportInput(torso.GetInputPort("region_set"), "region_set")
+        builder.ConnectInput("region_set", swings.GetInputPort("region_set"))
+        builder.ExportInput(swings.GetInputPort("ground_heights"), "ground_heights")
         builder.ExportInput(monitor.GetInputPort("safety_status"), "safety_status")
         builder.ExportInput(monitor.GetInputPort("goal"), "goal")
         builder.ExportOutput(publisher.GetOutputPort("reference"), "reference")

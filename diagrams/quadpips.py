@@ -27,7 +27,7 @@ from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.images import AffordanceImage
 from quadpips_drake.values.plans import PlanSketch
 from quadpips_drake.values.reference import WholeBodyReference
-from quadpips_drake.values.regions import RegionSet
+from quadpips_drake.values.regions import GroundHeights, RegionSet
 from quadpips_drake.values.status import PlannerStatus
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND
@@ -138,6 +138,8 @@ class QuadpipsDiagram(Diagram):
             "safety_status": self.tracking.GetOutputPort("safety_status"),
             "goal": goal.get_output_port(),
         }
+        if self.regions.HasOutputPort("ground_heights"):
+            sources["ground_heights"] = output_of(self.regions, "ground_heights", GroundHeights)
         self.planning = self._add_planner(builder, planner, sources)
         reference = output_of(self.planning, "reference", WholeBodyReference)
         builder.Connect(estimate, self.tracking.GetInputPort("robot_state"))

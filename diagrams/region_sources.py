@@ -37,7 +37,8 @@ class RegionSourceSetup:
 region_sources = Registry("region source", "quadpips_drake.region_sources")
 """``factory(setup)`` returns a system with the output ``region_set`` (RegionSet, frame W). Its inputs are fed by name: the
 estimated ``robot_state`` and any of the station's outputs (``depth_image``, ``depth_image_<camera>``, ``imu``, ...). If
-there is an output ``affordance_image`` (AffordanceImage), recordings show its labels."""
+there is an output ``affordance_image`` (AffordanceImage), recordings show its labels; if there is an output
+``ground_heights`` (GroundHeights, frame W), swings clear it."""
 
 
 def _superpixels(setup: RegionSourceSetup) -> PerceptionModule:

@@ -24,6 +24,7 @@ from quadpips_drake.sensing.contact_sensing import deepest_overlap, find_contact
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, add_depth_camera, make_intrinsics
 from quadpips_drake.sensing.foot_contact_sensor_system import FootContactSensor
 from quadpips_drake.sensing.imu_system import Imu, ImuConfig
+from quadpips_drake.terrain.camera_scene import add_terrain_to_camera_scene
 from quadpips_drake.terrain.ground_window import GroundWindow
 from quadpips_drake.terrain.ground_window_system import GroundWindowGuard
 from quadpips_drake.terrain.plant_builder import add_terrain_to_plant, element_index
@@ -193,7 +194,7 @@ class SimulationStation(Diagram):
         plant.set_name("camera_plant")
         scene = builder.AddNamedSystem("camera_scene", SceneGraph())
         plant.RegisterAsSourceForSceneGraph(scene)
-        add_terrain_to_plant(self.terrain, plant, scene, touchable=False)
+        add_terrain_to_camera_scene(self.terrain, plant)
         self.robot.add_to_plant(plant)
         plant.Finalize()
         poses = builder.AddNamedSystem("camera_scene_poses", MultibodyPositionToGeometryPose(plant, True))

@@ -7,8 +7,9 @@ The public interface; everything else may move. A run in a few lines:
     config = qp.load_config(robot="anymal_c", terrain="stepping_stones", seed=3)
     result = qp.run_trial(config, "out/my_run")
 
-Robots and worlds: ``load_robot``, ``RobotModel``, ``load_terrain``, ``Terrain``, ``Box``, ``Cylinder``, ``Mesh``,
-``Steppability``, ``GroundTruth``.
+Robots and worlds: ``load_robot``, ``RobotModel``, ``load_terrain``, ``Terrain``, ``Box``, ``Cylinder``, ``Sphere``,
+``Mesh``, ``Steppability``, ``GroundTruth``; ``terrain_difficulty``, ``takes_difficulty``, ``suite_names``,
+``suite_terrains``.
 
 Trials: ``load_config``, ``TrialConfig``, ``Trial``, ``run_trial``, ``load_walk_config``, ``WalkTrialConfig``, ``WalkTrial``,
 ``run_walk``, ``TrialResult``, ``UserInputError``.
@@ -35,8 +36,10 @@ __version__ = "0.1.0"
 _HOMES = {
     "robots.robot_library": ("load_robot",),
     "robots.robot_model": ("RobotModel",),
-    "terrain.library": ("load_terrain",),
-    "terrain.terrain": ("Terrain", "Box", "Cylinder", "Mesh"),
+    "terrain.library": ("load_terrain", "terrain_difficulty"),
+    "terrain.environments.difficulty": ("takes_difficulty",),
+    "terrain.suites": ("suite_names", "suite_terrains"),
+    "terrain.terrain": ("Terrain", "Box", "Cylinder", "Sphere", "Mesh"),
     "terrain.truth": ("GroundTruth",),
     "trials.loading": ("load_config", "load_walk_config"),
     "trials.trial": ("TrialConfig", "Trial", "run_trial"),

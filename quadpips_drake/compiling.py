@@ -6,6 +6,7 @@ costs must not depend on whether that has happened yet, so durations are taken w
 
 import json
 import pickletools
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -120,6 +121,38 @@ def remove_broken_kernels() -> list[Path]:
     return broken
 
 
+def remove_stale_kernels() -> list[Path]:
+    """Removes kernels from the cache that call, or read a constant of, a module that has changed since; returns their paths.
+
+    Numba looks only at the file in which a kernel itself stands. What it calls has been compiled into it.
+    """
+    package = Path(__file__).parent
+    if Path(_anchor.stats.cache_path).parent != package:  # the sources cannot be written, so nobody changes them
+        return []
+    stale = []
+    for index in package.rglob("__pycache__/*.nbi"):
+        source = index.parent.parent / f"{index.name.split('.')[0]}.py"
+        if source.is_file() and index.stat().st_mtime < max(path.stat().st_mtime for path in _compiled_into(source)):
+            stale.append(index)
+    for path in stale:
+        path.unlink(missing_ok=True)
+    return stale
+
+
+def _compiled_into(source: Path, found: set[Path] | None = None) -> set[Path]:
+    """The files that kernels in the file ``source`` consist of: itself, and what it imports of the package."""
+    found = set() if found is None else found
+    found.add(source)
+    text = source.read_text(encoding="utf-8")
+    if "njit" not in text:  # constants, which a kernel holds as well
+        return found
+    for module in re.findall(rf"^from ({re.escape(_PACKAGE)}[\w.]+) import", text, re.MULTILINE):
+        path = Path(__file__).parent.joinpath(*module.split(".")[1:]).with_suffix(".py")
+        if path.is_file() and path not in found:
+            _compiled_into(path, found)
+    return found
+
+
 def _kernels() -> list[Dispatcher]:
     """All cached kernels of the package's modules that have been imported."""
     modules = [module for name, module in list(sys.modules.items()) if name.startswith(_PACKAGE)]
@@ -135,7 +168,7 @@ def _stamp(group: str) -> Path:
 def _compiler() -> dict:
     """What compiled kernels depend on: numba, the processor, and the newest of their sources."""
     sources = [path for path in Path(__file__).parent.rglob("*.py") if b"njit" in path.read_bytes()]
-    newest = max(path.stat().st_mtime for path in sources)
+    newest = max(path.stat().st_mtime for source in sources for path in _compiled_into(source))
     return {"numba": numba.__version__, "processor": llvmlite.binding.get_host_cpu_name(), "newest_source": newest}
 
 

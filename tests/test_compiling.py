@@ -1,5 +1,6 @@
 """The clock that stands still while kernels are compiled; damaged files in their cache."""
 
+import os
 import pickle
 import subprocess
 import sys
@@ -114,6 +115,39 @@ def test_warmth_is_remembered_until_sources_change(tmp_path, monkeypatch):
     compiler = compiling._compiler()
     monkeypatch.setattr(compiling, "_compiler", lambda: compiler | {"newest_source": compiler["newest_source"] + 1.0})
     assert not compiling.are_warm("some stages")
+
+
+def test_kernels_go_when_what_they_were_compiled_from_has_changed(tmp_path, monkeypatch):
+    sources = {
+        "caller": "from numba import njit\nfrom quadpips_drake.sub.callee import twice\n",
+        "sub/callee": "from numba import njit\nfrom quadpips_drake.sub.numbers import TWO\n",
+        "sub/numbers": "from quadpips_drake.other import more\nTWO = 2\n",
+        "other": "from numba import njit\n",
+    }
+    for name, text in sources.items():
+        path = tmp_path / f"{name}.py"
+        (path.parent / "__pycache__").mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        os.utime(path, (100.0, 100.0))
+    kernels = {name: tmp_path / f"{name}.py" for name in ("caller", "sub/callee", "other")}
+    kernels = {name: path.parent / "__pycache__" / f"{path.stem}.some-1.py311.nbi" for name, path in kernels.items()}
+    monkeypatch.setattr(compiling, "__file__", str(tmp_path / "compiling.py"))
+    monkeypatch.setattr(
+        compiling, "_anchor", SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path / "__pycache__")))
+    )
+    gone = {}
+    for changed in ("nothing", *sources):
+        for path in kernels.values():
+            path.touch()
+            os.utime(path, (200.0, 200.0))
+        if changed != "nothing":
+            os.utime(tmp_path / f"{changed}.py", (300.0, 300.0))
+        removed = compiling.remove_stale_kernels()
+        gone[changed] = {name for name, path in kernels.items() if path in removed and not path.exists()}
+        if changed != "nothing":
+            os.utime(tmp_path / f"{changed}.py", (100.0, 100.0))
+    both = {"caller", "sub/callee"}
+    assert gone == {"nothing": set(), "caller": {"caller"}, "sub/callee": both, "sub/numbers": both, "other": {"other"}}
 
 
 def test_kernels_of_the_package_are_found():

@@ -17,9 +17,10 @@ EXAMPLES = {
         "pictures/film.png",
     ),
     "run_in_ten_lines.py": (["0.3"], "timeout", None),
+    "stance_limits.py": (["--robot", "go2", "--picture", "picture.png"], "max_width", "picture.png"),
 }
 """Example -> arguments that keep it short, a part of what it prints, and a file that it writes."""
-WITH_OPTIONS = [name for name in EXAMPLES if name != "run_in_ten_lines.py"]
+WITH_OPTIONS = [name for name in EXAMPLES if name not in ("run_in_ten_lines.py", "stance_limits.py")]
 
 
 def run(name, arguments, tmp_path, monkeypatch):

@@ -11,7 +11,7 @@ import numpy as np
 from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain import library
-from quadpips_drake.terrain.terrain_file import write_terrain_file
+from quadpips_drake.terrain.files.terrain_file import write_terrain_file
 
 PUSH_TIME = 3.0
 """When pushes begin [s], counted from a whole number of cycles."""
@@ -55,6 +55,7 @@ def trial_options(name: str, size: float, robot: str, folder: Path, seed: int) -
     if "start" in options:
         x, y, yaw = options["start"]
         options["start"] = [x + rng.uniform(-0.05, 0.05), y + rng.uniform(-0.05, 0.05), yaw + rng.uniform(-0.05, 0.05)]
+        options |= {"start_position_noise": 0.0, "start_yaw_noise": 0.0}  # it has been moved already
     for change in options.get("changes", ()):
         change["velocity"][0] *= speed / SPEED
     return {"robot": robot, "gait": "trot", "velocity": [speed, 0.0, 0.0], "seed": seed, **options}, sets

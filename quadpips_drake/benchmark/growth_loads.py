@@ -27,13 +27,14 @@ from quadpips_drake.perception.egocan.egocan import begin_memory, update_memory
 from quadpips_drake.perception.normals.normal_estimator_system import make_affordance_image
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
-from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
+from quadpips_drake.planning.torso.torso_config import TorsoConfig
+from quadpips_drake.planning.torso.torso_search import search_torso_path
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
 from quadpips_drake.sensing.self_filter import blank_own_body
+from quadpips_drake.terrain.files.terrain_file import write_terrain_file
 from quadpips_drake.terrain.library import load_terrain
-from quadpips_drake.terrain.terrain_file import write_terrain_file
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig

@@ -86,7 +86,9 @@ def score_camera_path(
         speed: [m/s].
         progress: called with the scripted time [s] now and then.
     """
-    terrain = load_terrain(config.terrain, seed=config.seed, start=config.start or None, goal=config.goal or None)
+    terrain = load_terrain(
+        config.terrain, config.seed, config.start or None, config.goal or None, difficulty=config.difficulty
+    )
     timings = StageTimings()
     scorer = PerceptionScorer(terrain, config.stages.perception.superpixels)
     for sample in camera_path(config, terrain, speed, timings):

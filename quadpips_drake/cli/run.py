@@ -7,6 +7,7 @@ import typer
 
 from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import (
+    Difficulty,
     Latency,
     MeshcatHost,
     NoRecording,
@@ -32,6 +33,8 @@ Examples:
 
   quadpips run --terrain stairs --meshcat   to watch it in a browser
 
+  quadpips run --terrain balance_beam --difficulty 0.3
+
   quadpips run my_scenario.yaml --goal 4,0  a file, one value replaced
 
   quadpips run OTHER_RUN/config.yaml --out AGAIN   the same trial once more
@@ -51,6 +54,7 @@ def run(
         str | None,
         typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list', or a file. Default: stepping_stones."),
     ] = None,
+    difficulty: Difficulty = None,
     planner: Annotated[str | None, typer.Option(metavar="NAME", help="Who plans. Default: quadpips.")] = None,
     regions: Annotated[
         str | None, typer.Option(metavar="NAME", help="Where planar regions come from. Default: superpixels.")
@@ -83,7 +87,7 @@ def run(
     Writes result.json, recording.html (opens offline in a browser), config.yaml (all values used) and log.npz into DIR.
     """
     options = {"robot": robot, "terrain": terrain, "planner": planner, "seed": seed, "duration": duration}
-    options |= {"latency": latency, "threads": threads}
+    options |= {"latency": latency, "threads": threads, "difficulty": difficulty}
     options["start"] = None if start is None else console.numbers("--start", start, "X,Y,YAW")
     options["goal"] = None if goal is None else console.numbers("--goal", goal, "X,Y")
     chosen = [] if regions is None else [f"stages.region_source={regions}"]

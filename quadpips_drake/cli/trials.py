@@ -19,6 +19,10 @@ Scenario = Annotated[
 Robot = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="anymal_c, go2, or a robot.yaml. Default: anymal_c.")]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Of all random numbers. Default: 0.")]
 Start = Annotated[str | None, typer.Option(metavar="X,Y,YAW", help="Start, m and rad. Default: the terrain's.")]
+Difficulty = Annotated[
+    float | None,
+    typer.Option(metavar="X", help="How hard the terrain is: the one number of it that 'quadpips terrain list' names."),
+]
 Profile = Annotated[
     bool, typer.Option("--profile", help="Also write profile.html: where the computing time of the simulation went.")
 ]

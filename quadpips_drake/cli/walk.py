@@ -7,6 +7,7 @@ import typer
 
 from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import (
+    Difficulty,
     Latency,
     MeshcatHost,
     NoRecording,
@@ -58,6 +59,7 @@ def walk(
     terrain: Annotated[
         str | None, typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list', or a file. Default: flat.")
     ] = None,
+    difficulty: Difficulty = None,
     push: Annotated[
         list[str] | None,
         typer.Option(
@@ -89,6 +91,7 @@ def walk(
     Writes result.json, recording.html (opens offline in a browser), config.yaml (all values used) and log.npz into DIR.
     """
     options = {"robot": robot, "gait": gait, "terrain": terrain, "seed": seed, "duration": duration, "latency": latency}
+    options["difficulty"] = difficulty
     options["velocity"] = None if velocity is None else console.numbers("--velocity", velocity, "VX,VY,WZ")
     options["start"] = None if start is None else console.numbers("--start", start, "X,Y,YAW")
     options["pushes"] = [_push(text) for text in push] if push else None

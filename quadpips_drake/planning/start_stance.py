@@ -1,14 +1,18 @@
 """The stance in which a plan starts, and the ground that nobody has seen because the robot stands on it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from quadpips_drake.math.rotations import yaw_matrix
+from quadpips_drake.math.angles import wrap_angle
+from quadpips_drake.math.rotations import rotation_from_rpy, yaw_matrix
 from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.planning.region_table import in_convex_polygon
+from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.plans import PlanStart
 from quadpips_drake.values.regions import PlanarRegion, RegionSet
+from quadpips_drake.values.robot_state import RobotState
 
 CONTACT_DISTANCE = 0.04
 """A foot stands on a region when its ground point is this close to the region's plane [m] (as in the release)."""
@@ -33,6 +37,24 @@ def _distance_to_plane(region: PlanarRegion, center: np.ndarray, radius: float) 
     if not in_convex_polygon(local[:2], region.boundary):
         return np.inf
     return abs(local[2] - radius)
+
+
+def state_at_start(measured: RobotState, start: PlanStart | None) -> RobotState:
+    """The state in which a plan begins: the ``measured`` one, or that where the present reference leads."""
+    if start is None:
+        return measured
+    x = start.state
+    rpy = x[CentroidalState.ORIENTATION].copy()
+    rpy[2] = wrap_angle(rpy[2])
+    return replace(
+        measured,
+        stamp=start.time,
+        p_WB=x[CentroidalState.POSITION],
+        rpy_WB=rpy,
+        R_WB=rotation_from_rpy(rpy),
+        joint_positions=x[CentroidalState.JOINTS],
+        contacts=np.ones(len(Leg), dtype=bool),
+    )
 
 
 def flat_region(region_id: int, center: np.ndarray, half_x: float, half_y: float, yaw: float = 0.0) -> PlanarRegion:

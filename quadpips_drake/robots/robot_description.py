@@ -49,6 +49,10 @@ class RobotDescription:
     """Depth cameras."""
     imu_position: list[float] = ranged([0.0, 0.0, 0.0], -10.0, 10.0)
     """Accelerometer in the base frame [m]."""
+    leg_clearance: float = ranged(0.02, 0.0, 0.5)
+    """Least distance between the collision shapes of two legs in a stance [m]: how narrow it may be."""
+    effort_share: float = ranged(0.9, 0.05, 10.0)
+    """Largest share of its effort that a joint may need to carry half the weight [-]: how wide and long a stance may be."""
     stiffness: list[float] = ranged([0.0] * JOINTS_PER_LEG, 0.0, 1e5)
     """Proportional gains of the drives for HAA, HFE, KFE [N m/rad]."""
     damping: list[float] = ranged([0.0] * JOINTS_PER_LEG, 0.0, 1e4)

@@ -15,6 +15,7 @@ from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.robots import kinematic_tree as kinematics
 from quadpips_drake.robots.kinematic_tree import KinematicTree
 from quadpips_drake.robots.leg_inverse_kinematics import follow_feet, solve_leg
+from quadpips_drake.robots.leg_shapes import LegShapes, read_leg_shapes
 from quadpips_drake.robots.robot_description import CameraDescription, CameraMount, RobotDescription, mount_camera
 from quadpips_drake.values.legs import JOINTS_PER_LEG, Leg
 from quadpips_drake.values.robot_state import RobotState
@@ -49,6 +50,12 @@ class RobotModel:
     """Inertia of the drives' rotors as felt at the joints [kg m^2], (12,)."""
     foot_radius: float
     """[m]."""
+    leg_shapes: LegShapes
+    """Collision shapes of thighs and shanks, feet included, as capsules."""
+    leg_clearance: float
+    """Least distance between them in a stance [m]."""
+    effort_share: float
+    """Largest share of its effort that a joint may need to carry half the weight [-]."""
     nominal_joints: np.ndarray
     """Joint angles of the nominal stance [rad], (12,)."""
     camera_mounts: tuple
@@ -203,6 +210,9 @@ def read_model(name: str, urdf_path: Path, description: RobotDescription) -> Rob
         effort_limits=_constant([actuator.effort_limit() for actuator in actuators]),
         rotor_inertia=_constant([actuator.default_reflected_inertia() for actuator in actuators]),
         foot_radius=foot_radius,
+        leg_shapes=read_leg_shapes(plant, scene_graph),
+        leg_clearance=description.leg_clearance,
+        effort_share=description.effort_share,
         nominal_joints=_constant(description.nominal_joints),
         camera_mounts=tuple(mount_camera(camera) for camera in description.cameras),
         imu_position=_constant(description.imu_position),

@@ -34,7 +34,8 @@ def publish(last: Publication, planned: WholeBodyReference, abort: bool, time: f
 
     Args:
         last: publication so far.
-        planned: newest plan, times relative to its start (the first sample at 0).
+        planned: newest plan, times relative to its start (the first sample at 0). One that was made ahead continues the
+            reference that it was made for, if it is still in time; otherwise it is left out.
         abort: drop what is being followed and stand.
         config: ReferencePublisherConfig.
     """
@@ -47,6 +48,11 @@ def publish(last: Publication, planned: WholeBodyReference, abort: bool, time: f
             if len(last.reference.times) == 0 and dropped == last.last_id
             else Publication(WholeBodyReference.empty(time), dropped)
         )
-    if is_new:
+    if not is_new:
+        return last
+    if planned.start is None:
         return Publication(planned.shifted(time + config.time_ahead, time), planned.request_id)
-    return last
+    if planned.start.follows != last.reference.request_id or planned.start.time < time:
+        # Made ahead for something that is no longer followed, or ready only after it was to begin.
+        return Publication(last.reference, planned.request_id)
+    return Publication(last.reference.continued_by(planned.shifted(planned.start.time, time), time), planned.request_id)

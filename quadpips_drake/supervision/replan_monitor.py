@@ -1,4 +1,8 @@
-"""When to plan, when to stop, when to give up: the state machine around the planner (QuadPiPS section VII-A)."""
+"""When to plan, when to stop, when to give up: the state machine around the planner (QuadPiPS section VII-A).
+
+The next plan is made while the robot still walks: it begins where the present reference will lead, all feet down between two
+swings, and is joined to it there. The robot stands to plan only when there is no next plan in time.
+"""
 
 from dataclasses import dataclass, field, replace
 
@@ -9,13 +13,17 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
-from quadpips_drake.values.plans import FootholdPlan, PlanRequest
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest, PlanStart, RefusedSwings
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.status import SafetyStatus, StageStatus
 
+_MORE_LEAD = 0.2
+"""By how much the next plan is asked for earlier after one that came too late [s]."""
 _PUBLICATION_TIME = 0.05
 """How long after its status a reference is published at the latest [s]."""
+_SURROUNDINGS = 1.5
+"""Refused swings are forgotten when the robot is further than this from where they begin [m]."""
 
 
 @configuration
@@ -41,10 +49,18 @@ class MonitorConfig(StageConfig):
     """A request without a reference for this long has failed [s]."""
     max_failed_plans: int = ranged(5, 1, 1_000_000)
     """As many failures in a row end in no_plan."""
+    max_refusals: int = ranged(8, 0, 1000)
+    """How often in a row a plan whose first swing was refused is asked for again at once, without that swing; then it has
+    failed [1]."""
     near_end: float = ranged(0.15, 0.0, 100.0)
     """A reference is completed when the base is this close to its last position [m] and its time is over."""
     completion_timeout: float = ranged(1.0, 0.0, 1000.0)
     """... or this long after its time is over [s], wherever the base is."""
+    replaced_swings: int = ranged(1, 0, 20)
+    """The next plan is made while the robot walks, and takes the place of this many last swings of the present one."""
+    lead_time: float = ranged(0.75, 0.0, 100.0)
+    """How long before the next plan begins it is asked for [s]; more after one that came too late. 0: the robot stands
+    between plans, as in the release."""
 
     def __post_init__(self):
         super().__post_init__()
@@ -65,6 +81,8 @@ class Situation:
     trajectory_status: StageStatus
     goal: np.ndarray
     safety: SafetyStatus = field(default_factory=SafetyStatus.empty)
+    refused: RefusedSwings = field(default_factory=RefusedSwings.empty)
+    """What the trajectory stage refused of the last plan."""
 
     @property
     def distance_to_goal(self) -> float:
@@ -89,6 +107,21 @@ class Monitor(ImmutableValue):
     aborts: int = 0
     failed_plans: int = 0
     failed_in_a_row: int = 0
+    refused: RefusedSwings = field(default_factory=RefusedSwings.empty)
+    """Swings that no plan shall have again, until the robot has moved on."""
+    refusals_in_a_row: int = 0
+    followed: int = 0
+    """Request id of the reference that is being followed while walking; the last request may be for the next one."""
+    last_one: bool = False
+    """Whether a plan that was to continue the present reference failed: then the robot walks to its end, and stands."""
+    lead: float = 0.0
+    """What MonitorConfig.lead_time has grown by [s]."""
+    late_plans: int = 0
+    """Plans that were ready after they were to begin."""
+
+
+_GOING_ON = {"failed_in_a_row": 0, "refusals_in_a_row": 0, "last_one": False}
+"""What is forgotten when there is a new reference."""
 
 
 def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **changes) -> Monitor:
@@ -99,7 +132,23 @@ def advance(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     """Returns the monitor's memory after looking at the situation ``now``."""
     if now.safety.unstable and monitor.phase in ("pausing", "planning", "walking", "goal_reached"):
         return _enter(monitor, "recovering", now.time, now.safety.reason, aborts=monitor.aborts + 1)
+    monitor = _with_refusals(monitor, now)
     return _STEPS[monitor.phase](monitor, now, config)
+
+
+def _with_refusals(monitor: Monitor, now: Situation) -> Monitor:
+    """Remembers what was refused of the present request, once."""
+    new = now.refused.request_id == monitor.request.id > monitor.refused.request_id and now.refused.swings
+    if not new:
+        return monitor
+    return replace(monitor, refused=RefusedSwings(now.refused.request_id, (*monitor.refused.swings, *now.refused.swings)))
+
+
+def _near(refused: RefusedSwings, state: RobotState) -> RefusedSwings:
+    """Those that begin about where the robot is."""
+    centers = [(swing, swing.start[:, :2].mean(axis=0)) for swing in refused.swings]
+    near = (swing for swing, center in centers if np.hypot(*(center - state.p_WB[:2])) < _SURROUNDINGS)
+    return replace(refused, swings=tuple(near))
 
 
 def _standing_up(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
@@ -119,9 +168,17 @@ def _pause(monitor: Monitor, now: Situation, wait: float, reason: str, config: M
 def _pausing(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     if now.time - monitor.since < monitor.wait - 1e-9:
         return monitor
-    request = PlanRequest(monitor.request.id + 1, now.time, now.goal)
-    replans = monitor.replans + (monitor.request.id > 0)
-    return _enter(monitor, "planning", now.time, monitor.reason, request=request, replans=replans, failing_since=np.inf)
+    return _enter(monitor, "planning", now.time, monitor.reason, **_asking(monitor, now))
+
+
+def _asking(monitor: Monitor, now: Situation, start: PlanStart | None = None) -> dict:
+    """Changes of the monitor that asks for a plan."""
+    return {
+        "request": PlanRequest(monitor.request.id + 1, now.time, now.goal, start=start, level=monitor.failed_in_a_row),
+        "replans": monitor.replans + (monitor.request.id > 0),
+        "failing_since": np.inf,
+        "refused": _near(monitor.refused, now.state),
+    }
 
 
 def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
@@ -129,22 +186,33 @@ def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monito
     if now.reference.request_id == asked and len(now.reference.times):
         plan = now.foothold_plan
         reason = f"{len(plan.swing_legs)} swings" if plan.request_id == asked else "a new reference"
-        return _enter(monitor, "walking", now.time, reason, failed_in_a_row=0)
+        return _enter(monitor, "walking", now.time, reason, followed=asked, **_GOING_ON)
+    monitor, problem = _look_for_problem(monitor, now)
+    if not problem and now.time - monitor.since >= config.planning_timeout:
+        problem = f"no reference came within {config.planning_timeout:g} s"
+    return _fail(monitor, now, problem, config) if problem else monitor
+
+
+def _look_for_problem(monitor: Monitor, now: Situation) -> tuple[Monitor, str]:
+    """Why there will be no reference for the last request; empty while there may be one."""
+    asked = monitor.request.id
     if now.foothold_plan.request_id == asked and not now.foothold_plan.success:
-        return _fail(monitor, now, now.foothold_plan.reason, config)
+        return monitor, now.foothold_plan.reason
     if now.trajectory_status.request_id == asked and not now.trajectory_status.ok:
         # That may also mean that the reference is shorter than the plan; then it is published in a moment.
         if now.time - monitor.failing_since >= _PUBLICATION_TIME:
-            return _fail(monitor, now, now.trajectory_status.reason, config)
-        monitor = replace(monitor, failing_since=min(monitor.failing_since, now.time))
-    if now.time - monitor.since >= config.planning_timeout:
-        return _fail(monitor, now, f"no reference came within {config.planning_timeout:g} s", config)
-    return monitor
+            return monitor, now.trajectory_status.reason
+        return replace(monitor, failing_since=min(monitor.failing_since, now.time)), ""
+    return monitor, ""
 
 
 def _fail(monitor: Monitor, now: Situation, reason: str, config: MonitorConfig) -> Monitor:
+    refused = now.refused.request_id == monitor.request.id and now.refused.swings
+    if refused and monitor.refusals_in_a_row < config.max_refusals:
+        monitor = replace(monitor, refusals_in_a_row=monitor.refusals_in_a_row + 1)
+        return _pause(monitor, now, 0.0, f"refused: {reason}", config)
     in_a_row = monitor.failed_in_a_row + 1
-    monitor = replace(monitor, failed_in_a_row=in_a_row, failed_plans=monitor.failed_plans + 1)
+    monitor = replace(monitor, failed_in_a_row=in_a_row, failed_plans=monitor.failed_plans + 1, refusals_in_a_row=0)
     if in_a_row >= config.max_failed_plans:
         return _enter(monitor, "no_plan", now.time, f"{in_a_row} plans in a row failed: {reason}")
     return _pause(monitor, now, config.retry_pause, f"the plan failed: {reason}", config)
@@ -152,8 +220,9 @@ def _fail(monitor: Monitor, now: Situation, reason: str, config: MonitorConfig) 
 
 def _walking(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     reference = now.reference
-    if reference.request_id != monitor.request.id or not len(reference.times):
+    if reference.request_id not in (monitor.followed, monitor.request.id) or not len(reference.times):
         return _pause(monitor, now, config.pause, "the reference was dropped", config)
+    monitor = _look_ahead(monitor, now, config)
     late = now.time - float(reference.times[-1])
     distance = float(np.linalg.norm(now.state.p_WB - reference.states[-1, CentroidalState.POSITION]))
     if late >= 0.0 and distance <= config.near_end:
@@ -161,6 +230,46 @@ def _walking(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor
     if late >= config.completion_timeout:
         return _pause(monitor, now, config.pause, f"the reference ended {distance:.2f} m away", config)
     return monitor
+
+
+def _look_ahead(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    """Asks for the plan after the present one when it is time, and sees what becomes of it."""
+    reference, asked = now.reference, monitor.request
+    if reference.request_id == asked.id != monitor.followed:
+        reason = f"{len(now.foothold_plan.swing_legs)} swings, joined"
+        return replace(monitor, followed=asked.id, reason=reason, **_GOING_ON)
+    if asked.id != monitor.followed:
+        if monitor.last_one:
+            return monitor
+        monitor, problem = _look_for_problem(monitor, now)
+        if problem:
+            return replace(monitor, last_one=True, failed_plans=monitor.failed_plans + 1, reason=f"no next plan: {problem}")
+        if now.time > asked.start.time + _PUBLICATION_TIME:
+            lead, late = monitor.lead + _MORE_LEAD, monitor.late_plans + 1
+            return replace(monitor, last_one=True, late_plans=late, lead=lead, reason="the next plan is late")
+        return monitor
+    start = next_start(reference, now, config, config.lead_time + monitor.lead)
+    if start is None or now.time < start.time - config.lead_time - monitor.lead:
+        return monitor
+    return replace(monitor, **_asking(monitor, now, start))
+
+
+def next_start(reference: WholeBodyReference, now: Situation, config: MonitorConfig, lead: float) -> PlanStart | None:
+    """Where the plan after ``reference`` begins: between swings, before the last ``replaced_swings`` ones or later.
+
+    None when the reference leads to the goal, when there is no such moment ``lead`` [s] or more ahead, or without lead time.
+    """
+    end = reference.states[-1, CentroidalState.POSITION]
+    if config.lead_time == 0.0 or np.hypot(*(end[:2] - now.goal)) <= config.goal_tolerance:
+        return None
+    # Half-way between a touch-down and the lift-off after it; the end counts as well.
+    events = reference.schedule.event_times
+    begins = [*(0.5 * (events[1:-1:2] + events[2::2])), reference.end_time]
+    begins = [time for time in begins[-1 - config.replaced_swings :] if time >= now.time + lead - 1.0 / config.rate]
+    if not begins:
+        return None
+    sample = int(np.argmin(np.abs(reference.times - begins[0])))
+    return PlanStart(reference.request_id, float(reference.times[sample]), reference.states[sample])
 
 
 def _recovering(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:

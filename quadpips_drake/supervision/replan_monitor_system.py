@@ -8,7 +8,7 @@ from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.immutable import ImmutableValue
-from quadpips_drake.values.plans import FootholdPlan, PlanRequest
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest, RefusedSwings
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.status import PlannerPhase, PlannerStatus, SafetyStatus, StageStatus
@@ -38,9 +38,11 @@ class ReplanMonitor(Stage):
         - reference
         - foothold_plan
         - trajectory_status (optional)
+        - refused_swings (optional)
         - safety_status (optional)
         output_ports:
         - plan_request
+        - swings_to_avoid
         - status
         - abort
 
@@ -50,9 +52,12 @@ class ReplanMonitor(Stage):
       there is none.
     - foothold_plan: FootholdPlan, frame W; a failed one for the request ends it.
     - trajectory_status (optional): StageStatus of the swing optimiser; a failure for the request ends it.
+    - refused_swings (optional): RefusedSwings of the swing optimiser, frame W; if that leaves no reference, a plan without
+      them is asked for at once.
     - safety_status (optional): SafetyStatus; while it is unstable there is nothing to follow. Missing: always stable and at
       rest.
     - plan_request: PlanRequest for the goal, frame W; a new id for each plan, 0 before the first.
+    - swings_to_avoid: RefusedSwings that plans shall do without from here on, frame W.
     - status: PlannerStatus: phase, reason, counters and the distance to the goal [m].
     - abort: bool; True while the robot recovers, in which time there is nothing to follow.
 
@@ -68,8 +73,10 @@ class ReplanMonitor(Stage):
         self.declare_input("reference", WholeBodyReference)
         self.declare_input("foothold_plan", FootholdPlan)
         self.declare_input("trajectory_status", StageStatus, default=StageStatus.empty())
+        self.declare_input("refused_swings", RefusedSwings, default=RefusedSwings.empty())
         self.declare_input("safety_status", SafetyStatus, default=SafetyStatus.empty())
         self.declare_output("plan_request", PlanRequest, lambda memory: memory.monitor.request)
+        self.declare_output("swings_to_avoid", RefusedSwings, lambda memory: memory.monitor.refused)
         self.declare_output("status", PlannerStatus, lambda memory: memory.status)
         self.declare_output("abort", bool, lambda memory: memory.monitor.phase == PlannerPhase.RECOVERING)
 
@@ -85,6 +92,7 @@ class ReplanMonitor(Stage):
             trajectory_status=inputs.trajectory_status,
             goal=np.array(inputs.goal),
             safety=inputs.safety_status,
+            refused=inputs.refused_swings,
         )
         monitor = advance(memory.monitor, now, self.config)
         status = PlannerStatus(
@@ -95,6 +103,7 @@ class ReplanMonitor(Stage):
             fallbacks={
                 "failed_plans": monitor.failed_plans,
                 "aborted_references": monitor.aborts,
+                "late_plans": monitor.late_plans,
                 "swing_trajectory": now.trajectory_status.fallbacks,
             },
             distance_to_goal=now.distance_to_goal,

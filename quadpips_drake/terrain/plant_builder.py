@@ -1,15 +1,16 @@
-"""Puts a terrain into a MultibodyPlant: what robots touch, what cameras see, what is drawn."""
+"""Puts a terrain into a MultibodyPlant: what robots touch, and what is drawn. (What cameras see: ``camera_scene.py``.)"""
 
 import numpy as np
 from pydrake.geometry import Box as BoxShape
 from pydrake.geometry import Convex, GeometryId, InMemoryMesh, ProximityProperties, Role, SceneGraph
 from pydrake.geometry import Cylinder as CylinderShape
 from pydrake.geometry import Mesh as MeshShape
+from pydrake.geometry import Sphere as SphereShape
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
 from quadpips_drake.terrain.ground_window import GroundWindow, check_density
-from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Terrain
+from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Sphere, Terrain
 from quadpips_drake.terrain.triangles import in_memory_mesh, joined_triangles
 from quadpips_drake.values.steppability import Steppability
 
@@ -28,21 +29,17 @@ MESH_THICKNESS = 0.1
 """How far [m] the solid under each triangle of a mesh that is not convex reaches down."""
 
 
-def add_terrain_to_plant(
-    terrain: Terrain, plant: MultibodyPlant, scene_graph: SceneGraph, *, touchable: bool = True
-) -> GroundWindow | None:
-    """Fixes the elements of ``terrain`` to the world of ``plant``, where robots touch them and cameras and Meshcat see them.
+def add_terrain_to_plant(terrain: Terrain, plant: MultibodyPlant, scene_graph: SceneGraph) -> GroundWindow | None:
+    """Fixes the elements of ``terrain`` to the world of ``plant``, where robots touch them and Meshcat shows them.
 
     Point contact treats meshes as convex; a mesh that is not becomes one thin prism per triangle. Drake's SceneGraph keeps
     a record of each pair of shapes that can touch something: 350 bytes and 4 us for each, 4 GB for 5,000 shapes. So of
-    more than MAX_WHOLE shapes only those near the robot take part in collisions; see ``GroundWindow``. Where nothing is to
-    be touched, none does.
+    more than MAX_WHOLE shapes only those near the robot take part in collisions; see ``GroundWindow``.
 
     Args:
         terrain: what to add.
         plant: not finalised yet.
         scene_graph: the one with which the plant is registered.
-        touchable: False for a scene that is only looked at: then a large terrain costs nothing but its pictures.
 
     Returns: the window through which a large terrain is touched; None when there is no need of one.
 
@@ -58,18 +55,18 @@ def add_terrain_to_plant(
         add_terrain_visuals(terrain, plant)
     ids, properties = [], None
     for index, element in enumerate(terrain.elements):
-        # Drake numbers what is registered, and the numbers decide in which order contacts are summed up and surfaces are
-        # drawn: the last bits of forces and depths. So this order is kept, and a small terrain is the same in all scenes.
-        new = _add_collision_shapes(index, element, plant, terrain.friction) if touchable or not is_large else []
+        # Drake numbers what is registered, and the numbers decide in which order contacts are summed up: the last bits of
+        # forces. So this order is kept.
+        new = _add_collision_shapes(index, element, plant, terrain.friction)
         if new and properties is None:
             properties = ProximityProperties(scene_graph.model_inspector().GetProximityProperties(new[0]))
-        if is_large or not touchable:
+        if is_large:
             for id in new:
                 scene_graph.RemoveRole(source_id=plant.get_source_id(), geometry_id=id, role=Role.kProximity)
         ids += new
         if one_by_one:
-            _add_visual(index, element, plant)
-    return GroundWindow(scene_graph, plant.get_source_id(), ids, bounds, properties) if is_large and touchable else None
+            add_terrain_visual(index, element, plant)
+    return GroundWindow(scene_graph, plant.get_source_id(), ids, bounds, properties) if is_large else None
 
 
 def element_index(name: str) -> int:
@@ -84,7 +81,7 @@ def add_terrain_visuals(terrain: Terrain, plant: MultibodyPlant):
     """
     if len(terrain.elements) <= MAX_WHOLE:
         for index, element in enumerate(terrain.elements):
-            _add_visual(index, element, plant)
+            add_terrain_visual(index, element, plant)
         return
     for label in sorted({element.label for element in terrain.elements}):
         vertices, triangles = joined_triangles([element for element in terrain.elements if element.label == label])
@@ -100,7 +97,8 @@ def _add_collision_shapes(index: int, element: Element, plant: MultibodyPlant, f
     ]
 
 
-def _add_visual(index: int, element: Element, plant: MultibodyPlant):
+def add_terrain_visual(index: int, element: Element, plant: MultibodyPlant) -> None:
+    """Shows one element, as itself, in the colour of its label."""
     shape, X_WE, color = _visual_shape(element), RigidTransform(element.X_WE), np.array(COLORS[element.label])
     plant.RegisterVisualGeometry(plant.world_body(), X_WE, shape, f"{_PREFIX}{index:04d}", color)
 
@@ -116,6 +114,8 @@ def _collision_shapes(element: Element) -> list:
         return [BoxShape(*element.size)]
     if isinstance(element, Cylinder):
         return [CylinderShape(element.radius, element.length)]
+    if isinstance(element, Sphere):
+        return [SphereShape(element.radius)]
     if _is_convex(element):
         return [Convex(in_memory_mesh(element.vertices, element.triangles))]
     return [Convex(prism) for prism in _prisms(element)]

@@ -1,4 +1,4 @@
-"""Vertical rays against boxes, cylinders and triangles: all elements, many rays, one compiled loop.
+"""Vertical rays against boxes, cylinders, spheres and triangles: all elements, many rays, one compiled loop.
 
 A grid over the elements tells which of them a ray can meet, so that it costs no more among thousands than among ten.
 """
@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Terrain
+from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Sphere, Terrain
 
-BOX, CYLINDER, MESH = 0, 1, 2
+BOX, CYLINDER, MESH, SPHERE = 0, 1, 2, 3
 _TOLERANCE = 1e-12
 _CELLS_PER_ELEMENT = 16
 """In how many cells of the grid an element may stand, in the mean; larger elements make larger cells."""
@@ -26,7 +26,7 @@ class ElementArrays:
         self.kind = np.array([_kind(element) for element in elements], np.int64)
         self.pose = np.array([element.X_WE for element in elements]).reshape(n, 4, 4)
         self.half_size = np.zeros((n, 3))
-        """Box: half the size; cylinder: radius, radius, half the length."""
+        """Box: half the size; cylinder: radius, radius, half the length; sphere: its radius, three times."""
         bounds = terrain.element_bounds[self.index]
         self.low, self.high = bounds[:, 0, :2] - 1e-9, bounds[:, 1, :2] + 1e-9
         """Bounds in x and y [m]."""
@@ -38,6 +38,8 @@ class ElementArrays:
                 self.half_size[k] = 0.5 * element.size
             elif isinstance(element, Cylinder):
                 self.half_size[k] = element.radius, element.radius, 0.5 * element.length
+            elif isinstance(element, Sphere):
+                self.half_size[k] = element.radius
             else:
                 triangles.append(element.corners()[element.triangles])
                 self.triangle_range[k] = count, count + len(element.triangles)
@@ -63,7 +65,8 @@ class _Grid(NamedTuple):
 
 
 def _kind(element: Element) -> int:
-    return BOX if isinstance(element, Box) else CYLINDER if isinstance(element, Cylinder) else MESH
+    kinds = ((Box, BOX), (Cylinder, CYLINDER), (Sphere, SPHERE))
+    return next((kind for shape, kind in kinds if isinstance(element, shape)), MESH)
 
 
 def _grid_over(low: np.ndarray, high: np.ndarray) -> _Grid:
@@ -126,6 +129,8 @@ def _cast_down(x, y, elements, grid, triangle_range, triangles):
                 z = _top_of_box(x[p], y[p], pose[k], half_size[k], normal)
             elif kind[k] == CYLINDER:
                 z = _top_of_cylinder(x[p], y[p], pose[k], half_size[k], normal)
+            elif kind[k] == SPHERE:
+                z = _top_of_sphere(x[p], y[p], pose[k], half_size[k, 0], normal)
             else:
                 z = _top_of_triangles(x[p], y[p], triangles[triangle_range[k, 0] : triangle_range[k, 1]], normal)
             if z > best:
@@ -192,6 +197,18 @@ def _top_of_cylinder(x, y, pose, half, normal):
         for r in range(3):
             normal[r] = sign * pose[r, 2]
     return leave if enter <= leave + 1e-9 else -np.inf
+
+
+@njit(cache=True)
+def _top_of_sphere(x, y, pose, radius, normal):
+    """Height of the upper half of a sphere at x, y, -inf beside it."""
+    dx, dy = x - pose[0, 3], y - pose[1, 3]
+    square = radius * radius - dx * dx - dy * dy
+    if square < 0:
+        return -np.inf
+    up = np.sqrt(square)
+    normal[0], normal[1], normal[2] = dx / radius, dy / radius, up / radius
+    return pose[2, 3] + up
 
 
 @njit(cache=True)

@@ -1,17 +1,18 @@
 """The flat pieces of a terrain's surface that are visible from above, computed exactly with polygons.
 
 Every upward face of an element is a polygon in the plane; what hides it is the projection of the parts of other elements
-that lie above its plane. Convex elements make both exact; cylinders count as prisms of 64 sides.
+that lie above its plane. Convex elements make both exact; cylinders count as prisms of 64 sides, spheres, which have no flat
+pieces of their own, as polyhedra of 64 sides around.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 import shapely
 
-from quadpips_drake.terrain.terrain import Box, Cylinder, Element
-from quadpips_drake.terrain.triangles import BOX_FACES
+from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Sphere
+from quadpips_drake.terrain.triangles import BOX_FACES, sphere_triangles, unit_sphere
 from quadpips_drake.values.steppability import Steppability
 
 _SIDES = 64
@@ -200,6 +201,8 @@ def _points_above(corners: np.ndarray, edges: np.ndarray, normal: np.ndarray, of
 
 def _upward_faces(element: Element) -> list[np.ndarray]:
     """Flat faces that look upwards: corners in W, (k, 3), counter-clockwise from above."""
+    if isinstance(element, Sphere):
+        return []
     if isinstance(element, Box):
         faces = element.corners()[BOX_FACES]
     elif isinstance(element, Cylinder):
@@ -223,8 +226,17 @@ def _solids(element: Element) -> list[tuple[np.ndarray, np.ndarray]]:
         around = np.column_stack((i, (i + 1) % _SIDES))
         edges = np.concatenate((around, around + _SIDES, np.column_stack((i, i + _SIDES))))
         return [(np.concatenate(_rings(element)), edges)]
+    if isinstance(element, Sphere):
+        return [(sphere_triangles(element, _SIDES)[0], _sphere_edges())]
     edges = np.array([(0, 1), (1, 2), (2, 0)])
     return [(corners, edges) for corners in element.corners()[element.triangles]]
+
+
+@cache
+def _sphere_edges() -> np.ndarray:
+    """Between the corners of the polyhedron that stands for a sphere, (m, 2)."""
+    _, faces = unit_sphere(_SIDES)
+    return np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
 
 
 def _rings(cylinder: Cylinder) -> tuple[np.ndarray, np.ndarray]:

@@ -35,7 +35,7 @@ def pose(xyz=(0.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.0)) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Element(ImmutableValue):
-    """A rigid body of the terrain; made as Box, Cylinder or Mesh."""
+    """A rigid body of the terrain; made as Box, Cylinder, Sphere or Mesh."""
 
     X_WE: np.ndarray = field(default_factory=lambda: np.eye(4))
     """Pose of the element's frame in the world, homogeneous matrix (4, 4)."""
@@ -120,6 +120,21 @@ class Cylinder(Element):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class Sphere(Element):
+    """A sphere around the origin of E."""
+
+    radius: float
+    """[m]"""
+
+    def __post_init__(self):
+        _check_size(self, "radius", self.radius)
+        super().__post_init__()
+
+    def corners(self) -> np.ndarray:
+        return self.X_WE[:3, 3] + _SIGNS * self.radius
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Mesh(Element):
     """A surface of triangles; what lies under a triangle counts as solid."""
 
@@ -171,7 +186,7 @@ class Terrain(ImmutableValue):
             raise UserInputError(f"friction of terrain '{self.name}' must be above 0 and at most {MAX_FRICTION:g}")
         object.__setattr__(self, "elements", tuple(self.elements))
         if not self.elements:
-            raise UserInputError(f"terrain '{self.name}' has no elements: give at least one box, cylinder or mesh")
+            raise UserInputError(f"terrain '{self.name}' has no elements: give at least one box, cylinder, sphere or mesh")
         count = sum(len(element.triangles) if isinstance(element, Mesh) else 1 for element in self.elements)
         if count > MAX_ELEMENTS:
             raise UserInputError(

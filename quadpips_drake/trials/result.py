@@ -37,6 +37,8 @@ class TrialResult:
     replans: int = 0
     fallbacks: dict = field(default_factory=dict)
     footholds: dict = field(default_factory=lambda: {"planned": 0, "slipped": 0, "missed": 0})
+    clearance: dict = field(default_factory=dict)
+    """Of the swings of a run: whether they were feasible and how they cleared the terrain, see ``swing_statistics``."""
     walk: dict = field(default_factory=dict)
     """How well a walk followed its commands, see ``walk_statistics``; empty for a run."""
     versions: dict = field(default_factory=dict)

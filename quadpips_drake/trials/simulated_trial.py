@@ -3,7 +3,7 @@
 import gc
 import traceback
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import field, replace
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -14,6 +14,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.background import Background
 from quadpips_drake.framework.stage import compute_in_background
 from quadpips_drake.interruption import check as check_interruption
+from quadpips_drake.terrain.placement import problem_with_start
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.judge import JudgeConfig, TrialJudge, Verdict
 from quadpips_drake.trials.result import TrialResult, installed_versions
@@ -36,12 +37,16 @@ class SimulationConfig:
     """Name of a robot."""
     terrain: str = "flat"
     """Name in the library, or path of a terrain file."""
+    difficulty: float | None = ranged(None, 0.0, 1000.0)
+    """How hard a terrain of the library is: its one number, in its unit, which 'quadpips terrain list' names; null: the
+    terrain's own."""
     seed: int = ranged(0, 0, MAX_SEED)
     """Of all that is random."""
     start: list[float] = ranged([], -1000.0, 1000.0, lengths=(0, 3))
     """x, y [m], yaw [rad]; empty: the terrain's own start."""
     start_position_noise: float = ranged(0.05, 0.0, 1.0)
-    """The seed moves the terrain's own start by up to this much in x and y [m]; a start that was asked for stays."""
+    """The seed moves the start, the terrain's own as well as one that was asked for, by up to this much in x and y [m]; with
+    0 it stays where it is."""
     start_yaw_noise: float = ranged(0.05, 0.0, 1.0)
     """... and turns it by up to this much [rad]."""
     duration: float = ranged(60.0, 0.001, MAX_DURATION)
@@ -175,10 +180,25 @@ class SimulatedTrial:
         )
 
 
+def problem_with_trial_start(config: SimulationConfig, robot, terrain) -> str | None:
+    """Says in one line why ``robot`` cannot stand at the terrain's start, or where the seed moves that; or returns None."""
+    footprint = robot.nominal_footholds_B[:, :2]
+    problem = problem_with_start(terrain, footprint)
+    if problem:
+        return problem
+    start = _start_of(config, terrain)
+    problem = problem_with_start(replace(terrain, start=start), footprint)
+    if problem is None:
+        return None
+    x, y, yaw = start - terrain.start
+    return (
+        f"seed {config.seed} moves the start by {x:.3f}, {y:.3f} m and turns it by {yaw:.3f} rad: {problem}, or set "
+        "start_position_noise and start_yaw_noise to 0"
+    )
+
+
 def _start_of(config: SimulationConfig, terrain) -> np.ndarray:
     """Start pose x, y [m], yaw [rad]: as asked for, or the terrain's own, moved a little by the seed."""
-    start = np.array(terrain.start, dtype=float)
-    if not config.start:
-        reach = np.array([config.start_position_noise, config.start_position_noise, config.start_yaw_noise])
-        start += np.random.default_rng([config.seed, _START_STREAM]).uniform(-reach, reach)
-    return start
+    reach = np.array([config.start_position_noise, config.start_position_noise, config.start_yaw_noise])
+    moved = np.random.default_rng([config.seed, _START_STREAM]).uniform(-reach, reach)
+    return np.array(terrain.start, dtype=float) + moved

@@ -9,15 +9,15 @@ from quadpips_drake.diagrams.planners import planners
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram, stages_type
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.terrain.placement import problem_with_goal, problem_with_start
+from quadpips_drake.terrain.placement import problem_with_goal
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trials.foothold_statistics import foothold_statistics
+from quadpips_drake.trials.foothold_statistics import ends_in_force, foothold_statistics, swing_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
-from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig
+from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, problem_with_trial_start
 from quadpips_drake.trials.trial_options import default_stages
 from quadpips_drake.trials.world import world_of
 
@@ -83,7 +83,7 @@ class Trial(SimulatedTrial):
             UserInputError: something that was asked for cannot be had.
         """
         robot, terrain = world_of(config, robot, terrain)
-        problem = problem_with_start(terrain, robot.nominal_footholds_B[:, :2]) or problem_with_goal(terrain)
+        problem = problem_with_trial_start(config, robot, terrain) or problem_with_goal(terrain)
         if problem:
             raise UserInputError(problem)
         timings = StageTimings()
@@ -121,8 +121,10 @@ class Trial(SimulatedTrial):
         observation, status = observe(self.diagram, self.context), read(self.diagram, "status", self.context)
         arrays = self.log.arrays()
         if len(self.log):
-            feet = arrays["foot_positions"]
-            more["footholds"] = foothold_statistics(self.log.references, arrays["time"], feet, arrays["contacts"])
+            samples = arrays["time"], arrays["foot_positions"], arrays["contacts"]
+            ends = ends_in_force(self.log.references, arrays)
+            more["footholds"] = foothold_statistics(self.log.references, *samples, until=ends)
+            more["clearance"] = swing_statistics(self.log.references, arrays, self.robot, self.terrain)
         return super().result(
             planner=self.config.planner,
             distance_to_goal=round(self.judge.distance_to_goal(observation.robot_state), 4),

@@ -13,7 +13,6 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.faults.push_system import Push, force_at
 from quadpips_drake.gaits.gaits import gait_number, load_gait
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.terrain.placement import problem_with_start
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.foothold_statistics import foothold_statistics
@@ -21,7 +20,7 @@ from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
-from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig
+from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, problem_with_trial_start
 from quadpips_drake.trials.trial_options import default_stages
 from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
 from quadpips_drake.trials.world import world_of
@@ -92,7 +91,7 @@ class WalkTrial(SimulatedTrial):
             panel: whether commands come from sliders in Meshcat; then the simulation keeps to real time.
         """
         robot, terrain = world_of(config, robot, terrain)
-        problem = problem_with_start(terrain, robot.nominal_footholds_B[:, :2])
+        problem = problem_with_trial_start(config, robot, terrain)
         if problem:
             raise UserInputError(problem)
         timings = StageTimings()

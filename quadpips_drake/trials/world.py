@@ -27,6 +27,10 @@ def world_of(config, robot: RobotModel | None, terrain: Terrain | None) -> tuple
         )
     goal = getattr(config, "goal", None)
     if terrain is None:
-        return robot or named, load_terrain(config.terrain, seed=config.seed, start=config.start or None, goal=goal or None)
+        return robot or named, load_terrain(
+            config.terrain, config.seed, config.start or None, goal or None, difficulty=config.difficulty
+        )
+    if config.difficulty is not None:
+        raise UserInputError("difficulty: the terrain was given as an object; make that as hard as it shall be")
     changes = {"start": config.start} if config.start else {}
     return robot or named, replace(terrain, **changes, **({"goal": goal} if goal else {}))

@@ -46,6 +46,23 @@ class ContactSchedule(ImmutableValue):
         """The same schedule, ``offset`` seconds later."""
         return ContactSchedule(self.event_times + offset, self.stance)
 
+    def since_full_stance(self, time: float) -> "ContactSchedule":
+        """The same schedule without what lies before the last moment until ``time`` at which all feet came down."""
+        begun = np.flatnonzero(self.stance[1:].all(axis=1) & (self.event_times <= time))
+        first = begun[-1] + 1 if len(begun) else 0
+        return ContactSchedule(self.event_times[first:], self.stance[first:])
+
+    def until(self, time: float) -> "ContactSchedule":
+        """The same schedule up to ``time``, at which all feet are down, and standing from there on."""
+        events = int(np.searchsorted(self.event_times, time, side="right"))
+        return ContactSchedule(self.event_times[:events], self.stance[: events + 1])
+
+    def followed_by(self, other: "ContactSchedule") -> "ContactSchedule":
+        """This schedule, which ends with all feet down, and then ``other``, which begins so."""
+        return ContactSchedule(
+            np.concatenate((self.event_times, other.event_times)), np.concatenate((self.stance, other.stance[1:]))
+        )
+
     @staticmethod
     def empty() -> "ContactSchedule":
         """Nothing is planned: stand."""

@@ -12,6 +12,18 @@ _NOTHING_ASKED = "nothing was asked for yet"
 
 
 @dataclass(frozen=True, eq=False)
+class PlanStart(ImmutableValue):
+    """Where a plan begins that is made while another one is followed: a moment of that one with all feet down."""
+
+    follows: int
+    """Request id of the reference that leads there."""
+    time: float
+    """When [s]."""
+    state: np.ndarray
+    """State of the centroidal model there, as WholeBodyReference has it, (24,)."""
+
+
+@dataclass(frozen=True, eq=False)
 class PlanRequest(ImmutableValue):
     """A wish for a new plan; stages plan once for each new ``id``. The id 0 asks for nothing."""
 
@@ -20,6 +32,10 @@ class PlanRequest(ImmutableValue):
     """Time of the request [s]."""
     goal: np.ndarray
     """Goal of the torso in the world, xy [m], shape (2,)."""
+    start: PlanStart | None = None
+    """Where the plan begins; None: where the robot is."""
+    level: int = 0
+    """How hard to try, from 0 on: one more for each failure in a row."""
 
     @staticmethod
     def empty() -> "PlanRequest":
@@ -39,6 +55,14 @@ class TorsoPath(ImmutableValue):
     """The RegionSet that was searched."""
     reason: str = ""
     """Empty when a path was found; else why not."""
+    start: PlanStart | None = None
+    """That of the request."""
+    level: int = 0
+    """Of escalation, as requested."""
+    to_goal: bool = True
+    """Whether it ends at the goal; else at a sub-goal that is nearer or shows more."""
+    viewpoints: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Where the robot stood when it planned for this goal, x, y [m], yaw [rad], shape (k, 3): what it counts as seen."""
 
     @staticmethod
     def empty() -> "TorsoPath":
@@ -64,6 +88,35 @@ class Stance(ImmutableValue):
     """Nominal position of the base above this stance [m], (3,)."""
     rpy_WB: np.ndarray
     """Nominal roll, pitch, yaw of the base [rad], (3,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class RefusedSwing(ImmutableValue):
+    """A transition of a foothold plan that no motion was found for; frame W."""
+
+    legs: tuple
+    """The Legs that were to swing."""
+    start: np.ndarray
+    """Ground points of all feet before it [m], (4, 3)."""
+    end: np.ndarray
+    """... and after it [m], (4, 3)."""
+    reason: str = ""
+    """Why not, in words."""
+
+
+@dataclass(frozen=True, eq=False)
+class RefusedSwings(ImmutableValue):
+    """Transitions that a foothold search shall do without."""
+
+    request_id: int = 0
+    """The request whose plan they were found in last."""
+    swings: tuple = ()
+    """RefusedSwings."""
+
+    @staticmethod
+    def empty() -> "RefusedSwings":
+        """Nothing is refused."""
+        return RefusedSwings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +148,8 @@ class FootholdPlan(ImmutableValue):
     """Whether the last stance is at the waypoint; else it is as near as the steps of one plan led."""
     time_limit_hit: bool = False
     """Whether the wall-clock limit cut the search short."""
+    start: PlanStart | None = None
+    """That of the request: where ``stances[0]`` comes from."""
 
     @staticmethod
     def empty() -> "FootholdPlan":

@@ -8,6 +8,12 @@ from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.plans import PlanStart
+
+_SAME_TIME = 1e-6
+"""Samples closer than this are one [s]."""
+SETTLING_TIME = 0.1
+"""For so long after its planned touch-down a foothold still counts as coming [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +31,10 @@ class FootholdTarget(ImmutableValue):
     """Upward unit normal of the ground there, (3,)."""
     region: object = None
     """The PlanarRegion, or None on ground that nothing is known about."""
-    ground: tuple = ()
-    """PlanarRegions that the foot may pass over on its way there; empty: nothing is known."""
+    profile: np.ndarray | None = None
+    """Lowest admissible heights of the foot centre in W at equal parts of the way there [m], (n,); None: unknown."""
+    apex_height: float = 0.0
+    """Least height of the swing's apex over the straight way [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +59,8 @@ class WholeBodyReference(ImmutableValue):
     """In absolute time."""
     footholds: tuple = ()
     """FootholdTargets in order of touch-down, absolute times."""
+    start: PlanStart | None = None
+    """Of a plan that was made ahead: where it goes on from another one."""
 
     @staticmethod
     def empty(stamp: float = -np.inf) -> "WholeBodyReference":
@@ -70,6 +80,25 @@ class WholeBodyReference(ImmutableValue):
         )
         return WholeBodyReference(
             stamp, self.request_id, self.times + offset, self.states, self.inputs, self.schedule.shifted(offset), footholds
+        )
+
+    def continued_by(self, following: "WholeBodyReference", stamp: float) -> "WholeBodyReference":
+        """This reference up to where ``following``, in absolute time, begins with all feet down, and that one from there on.
+
+        What lies before the present full stance or swing at the time ``stamp`` [s] of publication is left out.
+        """
+        begin = following.times[0]
+        kept = (self.times < begin - _SAME_TIME) & (self.times >= stamp - SETTLING_TIME)
+        schedule = self.schedule.since_full_stance(stamp - SETTLING_TIME).until(begin).followed_by(following.schedule)
+        footholds = [f for f in self.footholds if stamp - SETTLING_TIME < f.touchdown_time <= begin]
+        return replace(
+            following,
+            stamp=stamp,
+            times=np.concatenate((self.times[kept], following.times)),
+            states=np.concatenate((self.states[kept], following.states)),
+            inputs=np.concatenate((self.inputs[kept], following.inputs)),
+            schedule=schedule,
+            footholds=(*footholds, *following.footholds),
         )
 
     def with_raised_footholds(self, height: float) -> "WholeBodyReference":

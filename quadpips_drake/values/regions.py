@@ -1,4 +1,4 @@
-"""Planar convex regions: what perception hands to planning."""
+"""Planar convex regions and the heights of the ground: what perception hands to planning."""
 
 from dataclasses import dataclass
 
@@ -51,3 +51,22 @@ class RegionSet(ImmutableValue):
     def empty() -> "RegionSet":
         """Nothing was seen yet."""
         return RegionSet(-np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class GroundHeights(ImmutableValue):
+    """Heights of the ground on a grid of square cells along x and y of W; frame W."""
+
+    stamp: float
+    """Of the newest measurement in it [s]."""
+    corner: np.ndarray
+    """x, y of the corner of cell (0, 0) with the least x and y [m], (2,)."""
+    cell: float
+    """Side of a cell [m]."""
+    height: np.ndarray
+    """z of the highest surface in each cell [m], float32 (n, m), first index along x; NaN where unknown."""
+
+    @staticmethod
+    def empty() -> "GroundHeights":
+        """Nothing is known."""
+        return GroundHeights(-np.inf, np.zeros(2), 0.01, np.zeros((0, 0), np.float32))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from quadpips_drake.values.immutable import ImmutableValue
+from quadpips_drake.values.plans import RefusedSwing
 from quadpips_drake.values.reference import WholeBodyReference
 
 
@@ -14,7 +15,7 @@ class SwingReport:
 
     legs: tuple
     status: str
-    """"converged", "unconverged" (used all the same), "kinematic" (fallback), or why the plan ends before this swing."""
+    """"converged", "unconverged" (used all the same), or why there is no motion for this swing."""
     iterations: int = 0
     cost: float = np.nan
     constraint_violation: float = np.nan
@@ -22,10 +23,12 @@ class SwingReport:
     """Largest distance of a swung foot from its foothold [m]."""
     elapsed: float = 0.0
     """Wall-clock time [s]."""
+    number: int = 0
+    """Which swing of the plan it is, from 0 on."""
 
     @property
     def used(self) -> bool:
-        return self.status in ("converged", "unconverged", "kinematic")
+        return self.status in ("converged", "unconverged")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +38,7 @@ class SwingPlan(ImmutableValue):
     reference: WholeBodyReference
     """Without samples when not even the first swing was possible."""
     reports: tuple = ()
-    """One SwingReport for each swing that was tried."""
+    """One SwingReport for each swing of the reference, in order, and at last those of attempts that failed."""
     planned: int = 0
     """Swings in the foothold plan."""
     refined: bool = False
@@ -44,15 +47,12 @@ class SwingPlan(ImmutableValue):
     """Wall-clock time of that [s]."""
     reason: str = ""
     """Why the reference ends before the foothold plan does; empty when it does not."""
+    refused: RefusedSwing | None = None
+    """The swing that no motion was found for; the reference ends at rest before it, or earlier."""
 
     @property
     def success(self) -> bool:
         return len(self.reference.times) > 1
-
-    @property
-    def fallbacks(self) -> int:
-        """Swings for which the kinematic reference had to do."""
-        return sum(report.status == "kinematic" for report in self.reports)
 
     @property
     def elapsed(self) -> float:

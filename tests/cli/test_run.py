@@ -28,6 +28,12 @@ BAD_INPUT = [
     (["--goal", "1,nan"], ["--goal '1,nan'", "X,Y"]),
     (["--goal", "1000,0", "--terrain", "flat"], ["goal"]),
     (["--start", "0.75,0.2,0"], ["start (0.75, 0.2)", "pit_floor"]),  # stepping_stones: over the pit
+    (["--start", "-0.4,0,0", "--seed", "4"], ["seed 4 moves the start by", "start_position_noise"]),  # to the pit's edge
+    (["--terrain", "balance_beam", "--difficulty", "3"], ["width of the beam must be 0.08 to 1 m, not 3"]),
+    (["--terrain", "flat", "--difficulty", "0.3"], ["'flat' has no difficulty", "quadpips terrain list"]),
+    (["--terrain", "course.yaml", "--difficulty", "0.3"], ["course.yaml", "a terrain file has none"]),
+    (["--terrain", "gap", "--difficulty", "-1"], ["difficulty must be"]),
+    (["--terrain", "gap", "--difficulty", "wide"], ["--difficulty", "valid number"]),
     (["--duration", "-1"], ["duration must be"]),
     (["--duration", "nan"], ["duration must be a positive number of seconds, not 'nan'"]),
     (["--duration", "soon"], ["--duration", "quadpips run --help"]),

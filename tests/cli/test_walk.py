@@ -22,6 +22,7 @@ BAD_INPUT = [
     (["--duration", "-1"], ["duration must be"]),
     (["--start", "100,0,0"], ["start", "off the terrain"]),
     (["--set", "stages.station.model_error.friction=-1"], ["friction"]),
+    (["--terrain", "bumps", "--difficulty", "9"], ["height of the bumps must be 0 to 0.2 m, not 9"]),
     (["--set", "stages.planning=1"], ["stages.planning"]),
     (["--set", "changes=[{time: 3, gait: gallop}]"], ["unknown gait 'gallop'"]),
 ]

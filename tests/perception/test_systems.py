@@ -137,3 +137,19 @@ def test_oracle_and_perception_speak_the_same_port_type():
     simulator.AdvanceTo(0.1)
     result = system.GetOutputPort("region_set").Eval(context)
     assert isinstance(result, RegionSet) and len(result.regions) > 0
+
+
+def test_the_oracle_knows_heights_of_all_elements():
+    terrain = load_terrain("stepping_stones")
+    system = OracleRegions(terrain, 0.03)
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    state = dataclasses.replace(RobotState.empty(), p_WB=np.array([0.3, 0.1, 0.6]))
+    system.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(state))
+    simulator.AdvanceTo(0.1)
+    heights = system.GetOutputPort("ground_heights").Eval(context)
+    assert np.abs(heights.corner + 1.5 - state.p_WB[:2]).max() <= heights.cell
+    for i, j in ((0, 0), (75, 75), (149, 20), (100, 149)):
+        x, y = heights.corner + heights.cell * (np.array([i, j]) + 0.5)
+        assert heights.height[i, j] == pytest.approx(float(GroundTruth(terrain).height(x, y)), abs=1e-6)
+    assert heights.height.min() < -0.5  # the floor of the pit

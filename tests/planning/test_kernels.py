@@ -6,13 +6,8 @@ import pytest
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
-from quadpips_drake.planning.footholds.stance_transitions import (
-    cost_rate,
-    distance_to_go,
-    make_transition_model,
-    pose_of_stance_legs,
-    support_distance,
-)
+from quadpips_drake.planning.footholds.stance_rules import make_transition_model, support_distance
+from quadpips_drake.planning.footholds.stance_transitions import cost_rate, distance_to_go, pose_of_stance_legs
 from quadpips_drake.planning.nominal_pose import base_pose_above, to_frame
 from quadpips_drake.planning.region_table import foothold_near, make_region_table
 from quadpips_drake.robots.reachability import in_leg_workspace, inside_superquadric, leg_chains

@@ -75,6 +75,12 @@ def ramp(angle=0.175) -> RegionSet:
     )
 
 
+def beam(width) -> RegionSet:
+    """Two platforms and a straight beam 1.8 m long."""
+    strip = tiles((0.7, 2.5), (-0.5 * width, 0.5 * width), pitch=width, size=width, margin=0.045)
+    return region_set(tiles((-0.8, 0.7), (-0.9, 0.9)), strip, tiles((2.5, 4.0), (-0.9, 0.9)))
+
+
 def winding_beam(half_width=0.35) -> RegionSet:
     """A platform, then a beam that turns left by 90 degrees and right again."""
     w = half_width

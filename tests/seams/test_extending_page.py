@@ -9,7 +9,7 @@ from tests.source_tree import ROOT
 
 PAGE = ROOT / "docs" / "extending.md"
 ADDED = {
-    "terrains": ["two_slabs"],
+    "terrains": ["two_slabs", "wider_slabs"],
     "region_sources": ["carpet"],
     "planners": ["straight"],
     "state_estimators": ["late_truth"],

@@ -1,5 +1,7 @@
 """A plan is published once, a little ahead of time, and dropped on abort."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
@@ -8,7 +10,9 @@ from pydrake.systems.analysis import Simulator
 from quadpips_drake.supervision.reference_publisher import Publication, ReferencePublisherConfig, publish
 from quadpips_drake.supervision.reference_publisher_system import ReferencePublisher
 from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.plans import PlanStart
 from quadpips_drake.values.reference import WholeBodyReference
+from tests.values.test_reference import trot
 
 CONFIG = ReferencePublisherConfig()
 
@@ -49,3 +53,24 @@ def test_the_system_publishes_what_its_port_brings():
     reference = system.GetOutputPort("reference").Eval(context)
     assert reference.times[0] == pytest.approx(reference.stamp + CONFIG.time_ahead)
     assert 0.1 <= reference.stamp <= 0.12
+
+
+def made_ahead(request_id, follows, begin):
+    return replace(trot(request_id, 0.0, 4, 2.0), start=PlanStart(follows, begin, np.zeros(24)))
+
+
+@pytest.mark.parametrize(("now", "follows", "in_force"), [(3.2, 1, 2), (3.5, 1, 2), (3.6, 1, 1), (3.2, 7, 1)])
+def test_a_plan_made_ahead_continues_what_it_was_made_for_in_time_or_is_left_out(now, follows, in_force):
+    followed = Publication(trot(1, 0.0, 8, 1.0), 1)
+    published = publish(followed, made_ahead(2, follows, 3.5), False, now, ReferencePublisherConfig())
+    assert published.last_id == 2
+    assert published.reference.request_id == in_force
+    assert published.reference.end_time == pytest.approx(5.5 if in_force == 2 else 4.0)
+    again = publish(published, made_ahead(2, follows, 3.5), False, now + 0.01, ReferencePublisherConfig())
+    assert again is published
+
+
+def test_a_plan_made_ahead_does_not_revive_an_aborted_reference():
+    aborted = publish(Publication(trot(1, 0.0, 8, 1.0), 1), made_ahead(2, 1, 3.5), True, 3.0, ReferencePublisherConfig())
+    late = publish(aborted, made_ahead(3, 1, 3.5), False, 3.1, ReferencePublisherConfig())
+    assert len(late.reference.times) == 0

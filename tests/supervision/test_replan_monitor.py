@@ -7,10 +7,10 @@ import pytest
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_library import load_robot
-from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance
+from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance, next_start
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
-from quadpips_drake.values.plans import FootholdPlan, PlanRequest, Stance
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest, RefusedSwing, RefusedSwings, Stance
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.status import SafetyStatus, StageStatus
 from tests.planning import worlds
@@ -74,7 +74,7 @@ def test_waits_until_the_robot_stands():
 
 
 def test_replans_after_a_completed_reference():
-    story = Story()
+    story = Story(replace(CONFIG, lead_time=0.0))
     assert story.until_walking().phase == "walking"
     assert story.goes_on(1.5, state=moving(p_WB=np.array([0.5, 0.0, 0.58]))).phase == "walking"
     story.goes_on(1.0, state=moving(p_WB=np.array([0.95, 0.0, 0.58])))
@@ -123,6 +123,38 @@ def test_a_reference_that_is_shorter_than_the_plan_is_followed():
     assert story.goes_on(0.1, reference=reference(request_id, 5.0, 1.0)).phase == "walking"
 
 
+def refusal(request_id, x=0.0):
+    start = np.tile([x, 0.0, 0.0], (4, 1))
+    return RefusedSwings(request_id, (RefusedSwing((0,), start, start, "swing 1 (LF): no"),))
+
+
+def test_a_plan_without_a_first_swing_is_asked_for_again_at_once_without_that_swing():
+    story = Story(replace(CONFIG, max_refusals=2))
+    for number in (1, 2, 3):
+        request_id = story.until_planning()
+        before = story.now.time
+        failed = StageStatus(0.0, request_id, False, "swing 1 (LF): no")
+        while story.goes_on(0.1, trajectory_status=failed, refused=refusal(request_id)).phase == "planning":
+            assert story.now.time - before < 0.5
+        assert len(story.monitor.refused.swings) == number
+        assert story.monitor.failed_plans == (number == 3)  # two refusals are no failure yet
+        assert story.monitor.wait == (CONFIG.retry_pause if number == 3 else 0.0)
+
+
+def test_refused_swings_are_forgotten_when_the_robot_has_moved_on():
+    story = Story()
+    request_id = story.until_planning()
+    story.goes_on(0.1, reference=reference(request_id, story.now.time + 2.0, 1.0), refused=refusal(request_id))
+    assert story.monitor.phase == "walking" and len(story.monitor.refused.swings) == 1
+    story.goes_on(2.5, state=moving(p_WB=np.array([0.95, 0.0, 0.58])))
+    assert len(story.monitor.refused.swings) == 1
+    story = Story()
+    story.until_planning()
+    story.goes_on(0.1, refused=refusal(story.monitor.request.id, x=-3.0), foothold_plan=FootholdPlan(0.0, 1, reason="no"))
+    story.until_planning()
+    assert story.monitor.refused.swings == ()
+
+
 def test_a_success_forgets_the_failures():
     story = Story(MonitorConfig(max_failed_plans=2))
     story.goes_on(0.1, foothold_plan=FootholdPlan(0.0, story.until_planning(), reason="no stones"))
@@ -149,3 +181,72 @@ def test_bad_settings_are_refused():
         MonitorConfig(goal_tolerance=0.5)
     with pytest.raises(UserInputError, match="pause"):
         MonitorConfig(pause=-1.0)
+
+
+def trot(request_id, begin, steps, x):
+    """A reference of ``steps`` swings of 0.5 s from ``begin`` [s] on, which leads the base to ``x`` [m]."""
+    times = begin + 0.1 * np.arange(5 * steps + 1)
+    states = np.zeros((len(times), 24))
+    states[:, CentroidalState.POSITION] = np.linspace([0.0, 0.0, 0.58], [x, 0.0, 0.58], len(times))
+    ends = begin + 0.5 * np.arange(steps)
+    events = np.column_stack((ends + 0.05, ends + 0.45)).ravel()
+    stance = np.ones((2 * steps + 1, 4), dtype=bool)
+    stance[1::2, [0, 3]] = False
+    return WholeBodyReference(begin, request_id, times, states, np.zeros((len(times), 24)), ContactSchedule(events, stance))
+
+
+def walking_ahead(x=1.0):
+    """A story in which the robot walks eight swings, 4 s long, and the next plan has just been asked for."""
+    story = Story()
+    first = story.until_planning()
+    begin = story.now.time
+    story.goes_on(0.1, reference=trot(first, begin, 8, x))
+    while story.monitor.request.id == first and story.now.time < begin + 4.0:
+        story.goes_on(0.1)
+    return story, first, begin
+
+
+def test_the_next_plan_is_asked_for_while_walking_from_where_the_robot_will_be():
+    story, first, begin = walking_ahead()
+    request = story.monitor.request
+    assert (request.id, story.monitor.phase) == (first + 1, "walking")
+    assert request.start.follows == first
+    assert request.start.time == pytest.approx(begin + 3.5), "before the last swing"
+    assert request.start.state[CentroidalState.POSITION][0] == pytest.approx(3.5 / 4.0)
+    assert request.start.time - 0.1 - CONFIG.lead_time < request.stamp < request.start.time - CONFIG.lead_time + 0.11
+    joined = trot(request.id, request.start.time, 8, 1.7)
+    assert story.goes_on(0.1, reference=joined).followed == request.id
+    assert story.goes_on(2.5).request.id == request.id, "in the middle of the next plan nothing is asked for"
+    assert story.goes_on(0.9).request.id == request.id + 1
+    assert story.monitor.phase == "walking"
+
+
+def test_a_next_plan_that_fails_lets_the_robot_walk_to_the_end_and_stand():
+    story, _, begin = walking_ahead()
+    asked = story.monitor.request.id
+    monitor = story.goes_on(0.1, foothold_plan=FootholdPlan(0.0, asked, reason="a gap"))
+    assert (monitor.phase, monitor.failed_plans, monitor.failed_in_a_row) == ("walking", 1, 0)
+    assert "a gap" in monitor.reason
+    assert story.goes_on(begin + 3.8 - story.now.time).request.id == asked, "it is not asked again and again"
+    end = moving(p_WB=np.array([1.0, 0.0, 0.58]))
+    story.goes_on(0.5, state=end)
+    assert story.until_planning() == asked + 1
+    assert story.monitor.request.start is None
+
+
+def test_a_next_plan_that_is_late_is_asked_for_earlier_the_next_time():
+    story, _, _ = walking_ahead()
+    start = story.monitor.request.start.time
+    monitor = story.goes_on(start + 0.2 - story.now.time)
+    assert (monitor.phase, monitor.late_plans, monitor.failed_plans) == ("walking", 1, 0)
+    assert monitor.lead > 0.1
+
+
+@pytest.mark.parametrize("changes", [{"lead_time": 0.0}, {}])
+def test_no_plan_is_made_ahead_at_the_goal_or_when_it_is_not_wanted(changes):
+    config = replace(CONFIG, **changes)
+    x = 1.0 if changes else GOAL[0]
+    now = Situation(3.0, REST, trot(1, 0.0, 8, x), FootholdPlan(0.0, 0), StageStatus(0.0, 0, True), GOAL)
+    assert next_start(now.reference, now, config, config.lead_time) is None
+    elsewhere = replace(now, goal=np.array([5.0, 0.0]), time=2.0)
+    assert next_start(elsewhere.reference, elsewhere, CONFIG, CONFIG.lead_time).time == pytest.approx(3.5)

@@ -4,8 +4,8 @@ import numpy as np
 import shapely
 
 from quadpips_drake.terrain.surfaces import SurfacePatch, _rings
-from quadpips_drake.terrain.terrain import Box, Cylinder
-from quadpips_drake.terrain.triangles import BOX_FACES
+from quadpips_drake.terrain.terrain import Box, Cylinder, Sphere
+from quadpips_drake.terrain.triangles import BOX_FACES, sphere_triangles
 
 _SIDES, _FLUSH, _MIN_AREA = 64, 1e-6, 1e-8
 
@@ -50,6 +50,8 @@ def _shadow_above(corners, edges, normal, offset):
 
 
 def _upward_faces(element):
+    if isinstance(element, Sphere):
+        return []
     if isinstance(element, Box):
         faces = [element.corners()[face] for face in BOX_FACES]
     elif isinstance(element, Cylinder):
@@ -74,4 +76,7 @@ def _solids(element):
         across = [(i, i + _SIDES) for i in range(_SIDES)]
         edges = [*around, *((a + _SIDES, b + _SIDES) for a, b in around), *across]
         return [(np.concatenate(_rings(element)), edges)]
+    if isinstance(element, Sphere):
+        corners, faces = sphere_triangles(element, _SIDES)
+        return [(corners, sorted({tuple(sorted((int(f[i]), int(f[i - 1])))) for f in faces for i in range(3)}))]
     return [(corners, [(0, 1), (1, 2), (2, 0)]) for corners in element.corners()[element.triangles]]

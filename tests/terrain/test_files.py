@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.terrain.files.terrain_file import write_terrain_file
 from quadpips_drake.terrain.library import load_terrain, terrain_names
-from quadpips_drake.terrain.terrain import Cylinder, Mesh, Terrain
-from quadpips_drake.terrain.terrain_file import write_terrain_file
+from quadpips_drake.terrain.terrain import Cylinder, Mesh, Sphere, Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.steppability import Steppability
 
@@ -22,6 +22,8 @@ boxes:
 - {size: [1, 3, 0.1], xyz: [5, 0, -1], rpy: [0, 0.2, 0], label: non_passable, name: pit}
 cylinders:
 - {radius: 0.1, length: 1e-1, xyz: [1, 1, 0.05], label: passable}
+spheres:
+- {radius: 0.2, xyz: [2, 1, 0.1], label: non_passable, name: ball}
 meshes:
 - {path: wedge.obj, scale: 2.0, xyz: [0, -1, 0]}
 """
@@ -52,12 +54,14 @@ def assert_same(a: Terrain, b: Terrain):
 
 def test_all_kinds_of_elements_are_read(write):
     terrain = load_terrain(write(GOOD))
-    assert (terrain.name, terrain.friction, len(terrain.elements)) == ("course", 0.8, 4)
+    assert (terrain.name, terrain.friction, len(terrain.elements)) == ("course", 0.8, 5)
     np.testing.assert_array_equal(terrain.start, [0, 0, 0.1])
-    pit, cylinder, mesh = terrain.elements[1:]
+    pit, cylinder, sphere, mesh = terrain.elements[1:]
     assert (pit.label, cylinder.label) == (Steppability.NON_PASSABLE, Steppability.PASSABLE)
     assert isinstance(cylinder, Cylinder)
     assert cylinder.length == 0.1
+    assert isinstance(sphere, Sphere) and (sphere.radius, sphere.label) == (0.2, Steppability.NON_PASSABLE)
+    assert GroundTruth(terrain).height(2.0, 1.0) == pytest.approx(0.3)
     assert isinstance(mesh, Mesh)
     assert len(mesh.triangles) == 2
     assert GroundTruth(terrain).height(0.3, -0.7) == pytest.approx(0.15)

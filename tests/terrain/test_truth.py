@@ -7,7 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from quadpips_drake.terrain.library import load_terrain, stairs, stepping_stones
 from quadpips_drake.terrain.plant_builder import add_terrain_to_plant
-from quadpips_drake.terrain.terrain import Box, Cylinder, Mesh, Terrain, pose
+from quadpips_drake.terrain.terrain import Box, Cylinder, Mesh, Sphere, Terrain, pose
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.steppability import Steppability
 
@@ -18,7 +18,7 @@ OCTAHEDRON = (
 
 
 def rubble(seed: int = 0, count: int = 25) -> Terrain:
-    """Tilted, overlapping boxes, cylinders and a convex mesh on a plate."""
+    """Tilted, overlapping boxes, cylinders, a convex mesh and spheres on a plate."""
     rng = np.random.default_rng(seed)
     elements = [Box(name="plate", size=(3.0, 3.0, 0.2), X_WE=pose((0, 0, -0.1)))]
     for _ in range(count):
@@ -29,6 +29,7 @@ def rubble(seed: int = 0, count: int = 25) -> Terrain:
             elements.append(Cylinder(radius=rng.uniform(0.05, 0.2), length=rng.uniform(0.1, 0.5), X_WE=where))
     vertices, triangles = OCTAHEDRON
     elements.append(Mesh(vertices=vertices, triangles=triangles, X_WE=pose((0.3, 0.2, 0.4), (0.3, 0.2, 1.0))))
+    elements += [Sphere(radius=r, X_WE=pose(where)) for r, where in ((0.25, (-0.5, 0.4, 0.1)), (0.15, (0.6, -0.5, 0.3)))]
     return Terrain("rubble", (0, 0, 0), (1, 0), 1.0, tuple(elements))
 
 
@@ -85,7 +86,7 @@ def test_distance_to_edge_against_dense_sampling():
     checked = 0
     for x, y in rng.uniform(-1.3, 1.3, (60, 2)):
         element = terrain.elements[truth.element(x, y)]
-        if isinstance(element, Cylinder):
+        if isinstance(element, Cylinder | Sphere):
             continue
         normal = truth.normal(x, y)
         dz = -(normal[0] * dx + normal[1] * dy) / normal[2]

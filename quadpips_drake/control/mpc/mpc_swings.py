@@ -63,13 +63,15 @@ class SwingPlanner:
         return tuple(plans)
 
     def _spline(self, liftoff, touchdown, start, end, start_normal, end_normal, target) -> SwingSpline:
-        known = ()
-        if target is not None:
-            known = target.ground if target.region is None else (target.region, *target.ground)
-        profile = ground_profile(start, end, known, self._foot_radius)
-        return SwingSpline.plan(
-            liftoff, touchdown, start, end, end_normal, self._config, liftoff_normal=start_normal, profile=profile
-        )
+        """As high over the ground as it was planned, and with an apex no lower."""
+        if target is None or target.profile is None:
+            region = None if target is None else target.region
+            profile, apex = ground_profile(start, end, () if region is None else (region,), self._foot_radius), 0.0
+        else:
+            profile, apex = np.array(target.profile), target.apex_height
+            profile[0], profile[-1] = start[2], end[2]
+        options = {"liftoff_normal": start_normal, "profile": profile, "least_apex": apex}
+        return SwingSpline.plan(liftoff, touchdown, start, end, end_normal, self._config, **options)
 
 
 def _kept(splines, liftoff, touchdown, start, end, start_normal, end_normal):

@@ -36,7 +36,8 @@ class TaskSpaceInverseDynamics:
         self._robot = robot
         self._config = config or WbcConfig()
         self._dynamics = RobotDynamics(robot)
-        self._method = make_method(self._config, tasks.NUM_VARIABLES, 6, 5 * NUM_LEGS + NUM_JOINTS, NUM_JOINTS)
+        limits = tasks.FORCE_ROWS * NUM_LEGS + NUM_JOINTS
+        self._method = make_method(self._config, tasks.NUM_VARIABLES, 6, limits, NUM_JOINTS)
         self._efforts = np.asarray(robot.effort_limits, dtype=float)
         # Forces are two orders of magnitude larger than accelerations: their columns are scaled by the mass for the solver.
         self._scale = np.concatenate((np.ones(tasks.NUM_VELOCITIES), np.full(tasks.NUM_FORCES, robot.mass)))

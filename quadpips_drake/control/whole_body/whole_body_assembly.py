@@ -12,13 +12,13 @@ from numba import njit
 from quadpips_drake.control.whole_body.contact_logic import FootTargets, bears
 from quadpips_drake.control.whole_body.robot_dynamics import NUM_VELOCITIES, DynamicsTerms
 from quadpips_drake.control.whole_body.whole_body_methods import WholeBodyProgram
-from quadpips_drake.control.whole_body.whole_body_tasks import NUM_VARIABLES, pyramid_columns
+from quadpips_drake.control.whole_body.whole_body_tasks import FORCE_ROWS, NUM_VARIABLES, pyramid_columns
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.values.legs import NUM_JOINTS, NUM_LEGS
 
 LEVELS = ("contact", "swing", "base", "forces")
 """Names of the levels that are assembled."""
-NUM_LIMITS = 5 * NUM_LEGS + NUM_JOINTS
+NUM_LIMITS = FORCE_ROWS * NUM_LEGS + NUM_JOINTS
 _TOLERANCE = 1e-9
 """Rounding by which two assemblies of one program may differ, as part of the largest entry [1]."""
 
@@ -59,11 +59,11 @@ class ProgramData(NamedTuple):
     targets: np.ndarray
     """b (6,)"""
     limits: np.ndarray
-    """C (32, 30)"""
+    """C (40, 30)"""
     lower: np.ndarray
-    """(32,)"""
+    """(40,)"""
     upper: np.ndarray
-    """(32,)"""
+    """(40,)"""
 
     @staticmethod
     def allocated() -> "ProgramData":
@@ -144,13 +144,13 @@ def assemble(settings, mass_matrix, bias, jacobian, foot_bias, accelerations, mo
 
 @njit(cache=True)
 def _constrain(settings, mass_matrix, bias, jacobian, modes, normals, data):
-    mass, first = settings.mass, 5 * NUM_LEGS
+    mass, first = settings.mass, FORCE_ROWS * NUM_LEGS
     equalities, limits, lower, upper = data.equalities, data.limits, data.lower, data.upper
     pyramid_columns(normals, settings.friction, mass, limits)
     for leg in range(NUM_LEGS):
-        for row in range(5 * leg, 5 * leg + 5):
+        for row in range(FORCE_ROWS * leg, FORCE_ROWS * (leg + 1)):
             lower[row], upper[row] = 0.0, np.inf
-        upper[5 * leg + 4] = settings.max_force if bears(modes[leg]) else 0.0
+        upper[FORCE_ROWS * (leg + 1) - 1] = settings.max_force if bears(modes[leg]) else 0.0
     for i in range(NUM_VELOCITIES):
         for j in range(6):
             equalities[i, j] = mass_matrix[j, i]

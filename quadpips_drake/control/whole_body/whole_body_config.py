@@ -4,6 +4,7 @@ from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.control.early_contact import EARLY_CONTACT_PHASE
 from quadpips_drake.errors import unknown_name
 from quadpips_drake.framework.stage_config import StageConfig, stage_rate
+from quadpips_drake.trajectory.ocp.terms.friction_cone import FRICTION
 
 METHODS = ("weighted", "hierarchical")
 
@@ -20,7 +21,7 @@ class WbcConfig(StageConfig):
     solver: str = "piqp_direct"
     """Solver of the quadratic program: piqp_direct (repeatable to the bit), proxqp_dense (warm-started, not repeatable
     to the bit), or any of the registry (proxqp, osqp, clarabel, ...)."""
-    friction: float = ranged(0.6, 0.01, 10.0)
+    friction: float = ranged(FRICTION, 0.01, 10.0)
     """Friction coefficient mu that the forces respect [1]."""
     max_force_ratio: float = ranged(1.5, 0.1, 100.0)
     """Largest normal force of one foot, as a multiple of the robot's weight [1]."""

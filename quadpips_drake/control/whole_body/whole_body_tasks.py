@@ -11,11 +11,14 @@ import numpy as np
 from numba import njit
 
 from quadpips_drake.control.whole_body.robot_dynamics import NUM_VELOCITIES, DynamicsTerms
-from quadpips_drake.math.small_algebra import cross, vector
+from quadpips_drake.math.small_algebra import vector
+from quadpips_drake.trajectory.ocp.terms.friction_cone import ROWS, friction_pyramid
 from quadpips_drake.values.legs import NUM_JOINTS, NUM_LEGS
 
 NUM_FORCES = 3 * NUM_LEGS
 NUM_VARIABLES = NUM_VELOCITIES + NUM_FORCES
+FORCE_ROWS = ROWS + 1
+"""Inequalities for the force on one foot: the faces of its friction polyhedron, and its normal part."""
 ACCELERATION = slice(0, NUM_VELOCITIES)
 FORCE = slice(NUM_VELOCITIES, NUM_VARIABLES)
 
@@ -100,10 +103,8 @@ def joint_stops(positions, velocities, lower, upper, rate: float) -> Limits:
 
 
 def friction_pyramids(normals: np.ndarray, contacts: np.ndarray, friction: float, max_force: float) -> Limits:
-    """Pyramid inside the friction cone of each foot about its own ground normal; a foot in the air has no force.
-
-    With n the unit normal and t1, t2 two tangents: -mu n.f <= sqrt(2) t.f <= mu n.f and 0 <= n.f <= max_force, where
-    max_force is zero in the air.
+    """Polyhedron inside the friction cone of each foot about its own ground normal (see ``friction_pyramid``), and
+    0 <= n.f <= max_force, which is zero for a foot in the air.
 
     Args:
         normals: unit normals in W, (4, 3).
@@ -111,29 +112,26 @@ def friction_pyramids(normals: np.ndarray, contacts: np.ndarray, friction: float
         friction: coefficient mu [1].
         max_force: largest normal force of a foot [N].
     """
-    matrix = np.zeros((NUM_VARIABLES, 5 * NUM_LEGS))
+    matrix = np.zeros((NUM_VARIABLES, FORCE_ROWS * NUM_LEGS))
     pyramid_columns(normals, friction, 1.0, matrix)
-    upper = np.full(5 * NUM_LEGS, np.inf)
-    upper[4::5] = np.where(contacts, max_force, 0.0)
-    return Limits(matrix.T, np.zeros(5 * NUM_LEGS), upper)
+    upper = np.full(FORCE_ROWS * NUM_LEGS, np.inf)
+    upper[ROWS::FORCE_ROWS] = np.where(contacts, max_force, 0.0)
+    return Limits(matrix.T, np.zeros(FORCE_ROWS * NUM_LEGS), upper)
 
 
 @njit(cache=True)
 def pyramid_columns(normals, friction, scale, matrix):
-    """Writes the rows of ``friction_pyramids``, five for each foot, times ``scale`` into the columns of ``matrix``, (30, 20)
-    or wider; only where they are not zero."""
+    """Writes the rows of ``friction_pyramids``, FORCE_ROWS for each foot, times ``scale`` into the columns of ``matrix``,
+    (30, 28) or wider; only where they are not zero."""
+    faces = np.empty((ROWS, 3))
     for leg in range(NUM_LEGS):
-        n = vector(normals[leg])
-        length = np.sqrt(n[0] ** 2 + n[2] ** 2)
-        t1 = (n[2] / length, 0.0, -n[0] / length)
-        t2 = cross(n, t1)
+        normal = vector(normals[leg])
+        friction_pyramid(normal, 0.0, friction, faces)
         for i in range(3):
-            row, share = NUM_VELOCITIES + 3 * leg + i, friction / np.sqrt(2.0) * n[i]
-            matrix[row, 5 * leg] = scale * (share - t1[i])
-            matrix[row, 5 * leg + 1] = scale * (share + t1[i])
-            matrix[row, 5 * leg + 2] = scale * (share - t2[i])
-            matrix[row, 5 * leg + 3] = scale * (share + t2[i])
-            matrix[row, 5 * leg + 4] = scale * n[i]
+            row, first = NUM_VELOCITIES + 3 * leg + i, FORCE_ROWS * leg
+            for k in range(ROWS):
+                matrix[row, first + k] = scale * faces[k, i]
+            matrix[row, first + ROWS] = scale * normal[i]
 
 
 def foot_acceleration(dynamics: DynamicsTerms, accelerations: np.ndarray, feet: np.ndarray) -> Task:

@@ -15,6 +15,7 @@ from quadpips_drake.perception.egocan.egocan import (
 )
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.images import AffordanceImage, EgocanImage
+from quadpips_drake.values.regions import GroundHeights
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -33,12 +34,14 @@ class LeggedEgocan(Stage):
         - robot_state
         output_ports:
         - egocan
+        - ground_heights
 
     - affordance_image: abstract AffordanceImage, sampled at ``config.rate``; one without pixels is skipped.
     - affordance_image_<camera>: the same of each further camera, at the same time.
     - robot_state: abstract RobotState, frame W; its yaw orients the can, its joints tell where the feet stand at the start.
     - egocan: abstract EgocanImage, frame E at the first camera's newest image; NaN where unknown; without content before
       the first image.
+    - ground_heights: GroundHeights, frame W: the remembered ground that is trusted, of every steppability.
     """
 
     WORTH_A_THREAD = True
@@ -67,6 +70,7 @@ class LeggedEgocan(Stage):
             self.declare_input(name, AffordanceImage)
         self.declare_input("robot_state", RobotState)
         self.declare_output("egocan", EgocanImage, self._draw)
+        self.declare_output("ground_heights", GroundHeights, self._heights)
 
     def initialize(self, inputs: Inputs, memory: EgocanMemory, time: float) -> EgocanMemory:
         """Assumes ground around the feet and takes in the first images."""
@@ -84,6 +88,10 @@ class LeggedEgocan(Stage):
             return self.initialize(inputs, memory, time)
         images = [getattr(inputs, name) for name in self._image_ports]
         return update_memory(memory, images, float(inputs.robot_state.rpy_WB[2]), self.config)
+
+    def _heights(self, memory: EgocanMemory) -> GroundHeights:
+        ground, config = memory.ground, self.config.ground
+        return GroundHeights(memory.stamp, ground.first_cell * config.cell, config.cell, ground.trusted_height(config))
 
     def _draw(self, memory: EgocanMemory) -> EgocanImage:
         with self.timings.measure("egocan_cap"):

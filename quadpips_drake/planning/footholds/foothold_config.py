@@ -42,8 +42,6 @@ class FootholdConfig(StageConfig):
     """How far beyond the nearest point of the inset a foothold is moved away from the edge [m]."""
     max_slope: float = ranged(0.60, 0.0, 1.5)
     """Steepest region that carries a foot [rad]."""
-    min_separation: float = ranged(0.15, 0.0, 2.0)
-    """Least distance between two feet on the ground [m]: this, not the region's identity, keeps them apart."""
 
     reach_offset: list[float] = ranged([0.0, 0.02, 0.05], -2.0, 2.0)
     """Centre of the superquadric (eq. 15) from the nominal foot in B: forward, outward, up [m]."""
@@ -53,12 +51,10 @@ class FootholdConfig(StageConfig):
     """Exponents d, e, f of the superquadric."""
     max_extension: float = ranged(0.98, 0.1, 1.0)
     """Longest leg at touch-down and lift-off, as a fraction of the straight one."""
-    max_swing: float = ranged(0.45, 0.001, 5.0)
+    max_swing: float = ranged(0.55, 0.001, 5.0)
     """Longest way from lift-off to touch-down [m] (eq. 18)."""
     max_rise: float = ranged(0.25, 0.0, 5.0)
     """Largest height difference between lift-off and touch-down [m]."""
-    width_tolerance: float = ranged(0.20, 0.0, 5.0)
-    """Largest deviation of a stance's width, fore or hind, from the nominal one [m] (eq. 17)."""
     length_tolerance: float = ranged(0.35, 0.0, 5.0)
     """Largest deviation of a stance's length, left or right, from the nominal one [m] (eq. 17)."""
     max_support_distance: float = ranged(0.10, 0.0, 5.0)
@@ -86,7 +82,7 @@ class FootholdConfig(StageConfig):
     """Cost of a foot's height difference between lift-off and touch-down [-]."""
     final_stance_weight: float = ranged(5.0, 0.0, 1000.0)
     """Cost of the last stance's feet away from their nominal places, squared [1/m]."""
-    heuristic_inflation: float = ranged(2.0, 0.0, 100.0)
+    heuristic_inflation: float = ranged(4.0, 0.0, 100.0)
     """Factor on the cost-to-go: above 1 the search is greedier, and its cost within that factor of the best."""
 
     max_expansions: int = ranged(300, 1, 20_000)

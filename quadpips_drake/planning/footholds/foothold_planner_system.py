@@ -1,10 +1,13 @@
 """FootholdPlanner: the foothold search as a Drake system."""
 
+from dataclasses import replace
+
 from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
+from quadpips_drake.planning.start_stance import state_at_start
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.values.plans import FootholdPlan, PlanSketch, TorsoPath
+from quadpips_drake.values.plans import FootholdPlan, PlanSketch, RefusedSwings, TorsoPath
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -20,13 +23,15 @@ class FootholdPlanner(Stage):
         input_ports:
         - robot_state
         - torso_path
+        - refused_swings (optional)
         output_ports:
         - foothold_plan
         - plan
 
-    - robot_state: RobotState, frame W.
+    - robot_state: RobotState, frame W; a plan begins there unless the path was asked for from another start.
     - torso_path: TorsoPath, frame W, with its regions; a new ``request_id`` asks for a plan, 0 for nothing. If it failed,
       the plan fails with the same reason.
+    - refused_swings (optional): RefusedSwings, frame W; nothing like them is planned.
     - foothold_plan: FootholdPlan, frame W, for the last path; it has no stances and a reason when nothing was found. Looks
       for a new path at ``config.rate`` (15 Hz).
     - plan: PlanSketch, frame W: the same to draw.
@@ -40,6 +45,7 @@ class FootholdPlanner(Stage):
         self._robot = robot
         self.declare_input("robot_state", RobotState)
         self.declare_input("torso_path", TorsoPath)
+        self.declare_input("refused_swings", RefusedSwings, default=RefusedSwings.empty())
         self.declare_output("foothold_plan", FootholdPlan)
         self.declare_output("plan", PlanSketch, FootholdPlan.sketch)
 
@@ -50,4 +56,6 @@ class FootholdPlanner(Stage):
     def update(self, inputs: Inputs, memory: FootholdPlan, time: float) -> FootholdPlan:
         """Plans along the path."""
         path = inputs.torso_path
-        return search_footholds(inputs.robot_state, path.regions, path, self._robot, self.config)
+        state, refused = state_at_start(inputs.robot_state, path.start), inputs.refused_swings.swings
+        plan = search_footholds(state, path.regions, path, self._robot, self.config, refused)
+        return replace(plan, start=path.start)

@@ -9,14 +9,9 @@ from quadpips_drake.compiling import work_clock
 from quadpips_drake.gaits.swing_gaits import SwingGait, swing_gait
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
-from quadpips_drake.planning.footholds.stance_transitions import (
-    REJECTIONS,
-    cost_rate,
-    distance_to_go,
-    expand,
-    make_transition_model,
-    stance_deviation,
-)
+from quadpips_drake.planning.footholds.refused_swings import are_refused
+from quadpips_drake.planning.footholds.stance_rules import REJECTIONS, make_transition_model, stance_deviation
+from quadpips_drake.planning.footholds.stance_transitions import cost_rate, distance_to_go, expand
 from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.planning.region_table import make_region_table, may_carry_a_foot
 from quadpips_drake.planning.start_stance import attach_feet
@@ -64,13 +59,16 @@ class _Result:
 class _Search:
     """One A* search from a start stance towards the last pose of a path."""
 
-    def __init__(self, gait: SwingGait, config: FootholdConfig, model, table, path: np.ndarray, deadline: float):
+    def __init__(
+        self, gait: SwingGait, config: FootholdConfig, model, table, path: np.ndarray, deadline: float, refused: tuple
+    ):
         self._phases = [np.array(phase, dtype=np.int64) for phase in gait.phases]
         self._config = config
         self._model = model
         self._table = table
         self._path = path
         self._deadline = deadline
+        self._refused = refused
         self._rate = cost_rate(config)
         turns = np.abs(wrap_angle(np.diff(path[:, 2])))
         legs = np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1) + config.yaw_weight * turns
@@ -128,7 +126,11 @@ class _Search:
         result.combinations += len(costs) + int(refused.sum())
         following = (node.phase + 1) % len(self._phases)
         promise = costs + self._config.heuristic_inflation * self._rate * ways
+        if self._refused:
+            promise[are_refused(self._refused, self.swing_legs(node), node.feet, feet)] = np.inf
         for k in np.argsort(promise, kind="stable")[: self._config.max_children]:
+            if not np.isfinite(promise[k]):
+                break
             cost = node.cost + costs[k]
             self._push(
                 _Node(following, feet[k], normals[k], regions[k], p_WB[k], rpy[k], cost, ways[k], index, node.depth + 1)
@@ -249,7 +251,7 @@ def _prefix_lengths(count: int, retries: int) -> list[int]:
     return sorted({int(k) for k in np.linspace(count, fewest, retries + 1)}, reverse=True)
 
 
-def _attempt(problem: _Problem, path: np.ndarray, robot, config: FootholdConfig, deadline: float):
+def _attempt(problem: _Problem, path: np.ndarray, robot, config: FootholdConfig, deadline: float, refused: tuple):
     """Searches for waypoints ever nearer along ``path`` until one is reached.
 
     Returns:
@@ -259,7 +261,7 @@ def _attempt(problem: _Problem, path: np.ndarray, robot, config: FootholdConfig,
     gait, model, table = swing_gait(config.gait), make_transition_model(robot, config), make_region_table(problem.usable)
     attempts = []
     for count in _prefix_lengths(len(path), config.waypoint_retries):
-        search = _Search(gait, config, model, table, path[:count], deadline)
+        search = _Search(gait, config, model, table, path[:count], deadline, refused)
         result = search.run(problem.feet, problem.normals, problem.regions)
         result.complete &= count == len(path)
         attempts.append((search, result))
@@ -272,7 +274,9 @@ def _attempt(problem: _Problem, path: np.ndarray, robot, config: FootholdConfig,
     return *(arrived + partial + attempts)[0], expansions, late
 
 
-def search_footholds(state: RobotState, regions, torso_path: TorsoPath, robot, config: FootholdConfig) -> FootholdPlan:
+def search_footholds(
+    state: RobotState, regions, torso_path: TorsoPath, robot, config: FootholdConfig, refused: tuple = ()
+) -> FootholdPlan:
     """Finds the swings that lead from where the robot stands towards the local waypoint on the torso path.
 
     A* over contact-mode families as in QuadPiPS section VI-C, its graph built lazily: phases of the gait in turn, footholds
@@ -284,6 +288,7 @@ def search_footholds(state: RobotState, regions, torso_path: TorsoPath, robot, c
         state: measured state of the robot.
         regions: RegionSet to step on, in W.
         torso_path: result of the torso search.
+        refused: RefusedSwings; nothing like them is in the plan.
 
     Returns:
         A FootholdPlan; without stances and with a reason when there is none.
@@ -294,7 +299,7 @@ def search_footholds(state: RobotState, regions, torso_path: TorsoPath, robot, c
         return FootholdPlan(state.stamp, torso_path.request_id, reason=reason, complete=False)
     problem = _pose_problem(state, regions, robot, config)
     path, waypoint = _local_path(state, torso_path, config.local_radius)
-    search, result, expansions, late = _attempt(problem, path, robot, config, started + config.time_limit)
+    search, result, expansions, late = _attempt(problem, path, robot, config, started + config.time_limit, refused)
     chain = search.stances(result.node)
     gait = swing_gait(config.gait)
     return FootholdPlan(

@@ -1,10 +1,8 @@
 """From one stance to the next: which footholds a swinging leg may take, and which combinations make a good stance.
 
-These are the constraints of QuadPiPS section VI-C (contact sequence aside) as numba kernels: reachability (eq. 15),
-stance stability (eqs. 16-17), swing distance (eq. 18), forward facing, distinct footholds; and the cost of an edge.
+Of the constraints of QuadPiPS section VI-C these are reachability (eq. 15) and swing distance (eq. 18) as numba kernels,
+with the cost of an edge; those of the stance itself are in ``stance_rules``.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -12,73 +10,20 @@ from numba import njit
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
+from quadpips_drake.planning.footholds.stance_rules import (
+    REJECTIONS,
+    distance_between,
+    refusal,
+    stance_deviation,
+    support_distance,
+)
 from quadpips_drake.planning.nominal_pose import base_pose_above, to_frame
 from quadpips_drake.planning.region_table import foothold_near
-from quadpips_drake.robots.reachability import LegChains, in_leg_workspace, inside_superquadric, leg_chains
-from quadpips_drake.values.legs import Leg
-
-REJECTIONS = ("too close together", "stance stability", "facing backward", "out of a leg's workspace", "out of balance")
-"""Why a combination of footholds is refused, in the order of the tests."""
+from quadpips_drake.robots.reachability import inside_superquadric
 
 _SAME = 0.02  # candidates nearer to each other than this [m] are one
 # Where the swinging legs aim: fractions of the preferred stride, and of the turn that the torso path asks for.
 _AIMS = np.array([[0.0, 0.0], [0.0, 1.0], [0.5, 1.0], [1.0, 1.0], [1.5, 1.0]])
-
-
-class TransitionModel(NamedTuple):
-    """Robot and settings as the kernels need them."""
-
-    chains: LegChains
-    foot_radius: float
-    base_height: float
-    nominal: np.ndarray
-    """Nominal ground points under the base, in the frame of its yaw [m], (4, 2)."""
-    reach_centers: np.ndarray
-    """Centres of the superquadrics in B [m], (4, 3)."""
-    reach_semi_axes: np.ndarray
-    reach_exponents: np.ndarray
-    use_centers: bool
-    candidates_per_leg: int
-    inward_pull: float
-    min_separation: float
-    max_extension: float
-    max_swing: float
-    max_rise: float
-    width_tolerance: float
-    length_tolerance: float
-    max_support_distance: float
-    max_tilt: float
-    max_yaw_step: float
-    preferred_swing: float
-    yaw_weight: float
-    step_weight: float
-    stance_weight: float
-    stance_slack: float
-    support_weight: float
-    twist_weight: float
-    rise_weight: float
-
-
-def make_transition_model(robot, config: FootholdConfig) -> TransitionModel:
-    """Collects what the kernels need of a RobotModel and the configuration."""
-    feet = np.asarray(robot.nominal_footholds_B, dtype=float)
-    outward = np.array([[1.0, leg.side, 1.0] for leg in Leg])
-    copied = {name: getattr(config, name) for name in TransitionModel._fields if hasattr(config, name)}
-    copied["reach_semi_axes"] = np.array(config.reach_semi_axes, dtype=float)
-    copied["reach_exponents"] = np.array(config.reach_exponents, dtype=float)
-    copied = {
-        name: float(value) if isinstance(value, int) and name != "candidates_per_leg" else value
-        for name, value in copied.items()
-    }  # numba compiles once for each combination of types
-    return TransitionModel(
-        chains=leg_chains(robot),
-        foot_radius=float(robot.foot_radius),
-        base_height=float(robot.nominal_base_height),
-        nominal=np.ascontiguousarray(feet[:, :2]),
-        reach_centers=feet + outward * np.array(config.reach_offset, dtype=float),
-        use_centers=config.candidate == "center",
-        **copied,
-    )
 
 
 def cost_rate(config: FootholdConfig) -> float:
@@ -221,110 +166,13 @@ def leg_candidates(leg, foot, normal, region, aims, p_WB, R_WB, table, model):
 
 
 @njit(cache=True)
-def stance_deviation(feet, p_WB, yaw, nominal, slack):
-    """Returns the sum over the legs of the squared distance between a foot and its nominal place under the base [m^2].
-
-    Forward and backward the first ``slack`` [m] are free: in mid-walk one pair of feet is always ahead of the other.
-    """
-    c, s = np.cos(yaw), np.sin(yaw)
-    total = 0.0
-    for leg in range(4):
-        dx, dy = feet[leg, 0] - p_WB[0], feet[leg, 1] - p_WB[1]
-        ahead = max(0.0, abs(c * dx + s * dy - nominal[leg, 0]) - slack)
-        aside = -s * dx + c * dy - nominal[leg, 1]
-        total += ahead * ahead + aside * aside
-    return total
-
-
-@njit(cache=True)
-def _distance(a, i, b, j):
-    """Distance between row i of ``a`` and row j of ``b``, both (n, 3)."""
-    return np.sqrt((a[i, 0] - b[j, 0]) ** 2 + (a[i, 1] - b[j, 1]) ** 2 + (a[i, 2] - b[j, 2]) ** 2)
-
-
-@njit(cache=True)
-def _is_stable(feet, p_WB, R_WB, model):
-    """Stance stability, eqs. 16-17: widths and lengths of the stance in the base frame, against the nominal ones."""
-    nominal = model.nominal
-    x = np.empty(4)
-    y = np.empty(4)
-    for leg in range(4):
-        x[leg], y[leg], _ = to_frame(R_WB, p_WB, feet[leg, 0], feet[leg, 1], feet[leg, 2])
-    for left in (0, 2):
-        width, ideal = y[left] - y[left + 1], nominal[left, 1] - nominal[left + 1, 1]
-        if abs(width - ideal) >= model.width_tolerance:
-            return False
-    for fore in (0, 1):
-        length, ideal = x[fore] - x[fore + 2], nominal[fore, 0] - nominal[fore + 2, 0]
-        if abs(length - ideal) >= model.length_tolerance:
-            return False
-    return True
-
-
-@njit(cache=True)
-def refusal(feet, normals, p_WB, rpy_WB, facing, waypoint_yaw, model):
-    """Returns -1 for a permitted stance, else the index in REJECTIONS of the first constraint that it breaks.
-
-    ``facing`` is the cosine between the yaw before and the waypoint's: a robot that has to turn round may face backward
-    as long as it does not turn further away (the paper demands facing forward outright).
-    """
-    for i in range(4):
-        for j in range(i):
-            if _distance(feet, i, feet, j) < model.min_separation:
-                return 0
-    R_WB = rotation_from_rpy(rpy_WB)
-    if not _is_stable(feet, p_WB, R_WB, model):
-        return 1
-    cosine = np.cos(rpy_WB[2] - waypoint_yaw)
-    if cosine <= 0.0 and cosine < facing - 1e-9:
-        return 2
-    r = model.foot_radius
-    for leg in range(4):
-        x, y, z = to_frame(
-            R_WB,
-            p_WB,
-            feet[leg, 0] + r * normals[leg, 0],
-            feet[leg, 1] + r * normals[leg, 1],
-            feet[leg, 2] + r * normals[leg, 2],
-        )
-        if not in_leg_workspace(leg, x, y, z, model.chains, model.max_extension):
-            return 3
-    return -1
-
-
-@njit(cache=True)
-def support_distance(feet, swinging, x, y):
-    """Returns the horizontal distance [m] from (x, y) to the segment or triangle of the feet that stay on the ground.
-
-    It is what makes a robot fall during a swing: an inverted pendulum of height h, at rest d beside its support, is
-    d (cosh(t sqrt(g / h)) - 1) further away after the time t, that is almost 2 d after 0.4 s at h = 0.6 m.
-    """
-    legs = np.empty(4, dtype=np.int64)
-    n = 0
-    for leg in (0, 1, 3, 2):  # around the robot
-        if not swinging[leg]:
-            legs[n] = leg
-            n += 1
-    nearest = np.inf
-    inside = n > 2
-    for i in range(n):
-        a, b = legs[i], legs[(i + 1) % n]
-        ex, ey = feet[b, 0] - feet[a, 0], feet[b, 1] - feet[a, 1]
-        px, py = x - feet[a, 0], y - feet[a, 1]
-        t = min(1.0, max(0.0, (px * ex + py * ey) / max(ex * ex + ey * ey, 1e-12)))
-        nearest = min(nearest, np.hypot(px - t * ex, py - t * ey))
-        inside = inside and ex * py - ey * px <= 0.0  # the feet are in clockwise order
-    return 0.0 if inside else nearest
-
-
-@njit(cache=True)
 def edge_cost(feet, new_feet, swinging, p_WB, rpy_WB, new_p_WB, new_rpy_WB, model):
     """Returns the cost of a transition [m]: the way of the base and its turning, swings, stretched and twisted stances."""
     dx, dy, dz = new_p_WB[0] - p_WB[0], new_p_WB[1] - p_WB[1], new_p_WB[2] - p_WB[2]
     cost = np.sqrt(dx * dx + dy * dy + dz * dz) + model.yaw_weight * abs(wrap_angle(new_rpy_WB[2] - rpy_WB[2]))
     for leg in range(4):
         if swinging[leg]:
-            swing = _distance(new_feet, leg, feet, leg)
+            swing = distance_between(new_feet, leg, feet, leg)
             cost += 0.5 * model.step_weight * (1.0 + (swing / model.preferred_swing) ** 2)
             cost += model.rise_weight * abs(new_feet[leg, 2] - feet[leg, 2])
     cost += model.stance_weight * stance_deviation(new_feet, new_p_WB, new_rpy_WB[2], model.nominal, model.stance_slack)
@@ -387,7 +235,7 @@ def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, ta
             why = refusal(out_feet[k], out_normals[k], new_p, new_rpy, facing, waypoint_yaw, model)
             aside = support_distance(feet, swinging, 0.5 * (p_WB[0] + new_p[0]), 0.5 * (p_WB[1] + new_p[1]))
             if why < 0 and aside > model.max_support_distance:
-                why = 4
+                why = 5
             if why >= 0:
                 refused[why] += 1
                 continue

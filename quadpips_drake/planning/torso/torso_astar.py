@@ -29,7 +29,7 @@ def search_lattice(
     positions, yaws, penalty, offsets, neighbours, start_yaw, goal, goal_yaw,
     goal_yaw_weight, yaw_weight, max_edge_yaw, heading_weight, max_expansions,
 ):  # fmt: skip
-    """Searches from position 0 to position ``goal``.
+    """Searches from position 0 to position ``goal``; to all poses in reach if that is -1.
 
     An edge to the pose (p', yaw') costs |p' - p| (1 + penalty' + heading_weight (1 - cos(direction - yaw')) / 2)
     + yaw_weight |yaw' - yaw|; the cost-to-go is the distance to the goal plus ``goal_yaw_weight`` times the yaw that lacks
@@ -41,8 +41,8 @@ def search_lattice(
         start_yaw: index of the yaw at the start.
 
     Returns:
-        parent (n m,) of each pose index * m + yaw index, -1 for none; whether it was expanded, (n m,); the pose that was
-        found, or -1.
+        parent (n m,) of each pose index * m + yaw index, -1 for none; whether it was expanded, (n m,); the cost of the way
+        to it, (n m,); the pose that was found, or -1.
     """
     n, m = penalty.shape
     parent = np.full(n * m, -1, dtype=np.int64)
@@ -60,14 +60,15 @@ def search_lattice(
             continue
         i, k = node // m, node % m
         if i == goal and (goal_yaw_weight == 0.0 or abs(wrap_angle(yaws[k] - goal_yaw)) <= np.pi / m):
-            return parent, closed, node
+            return parent, closed, cost, node
         if expansions >= max_expansions:
             break
         closed[node] = True
         expansions += 1
         for edge in range(offsets[i], offsets[i + 1]):
             j = neighbours[edge]
-            length, rest = _distance(positions, i, j), _distance(positions, j, goal)
+            length = _distance(positions, i, j)
+            rest = _distance(positions, j, goal) if goal >= 0 else 0.0
             x, y = positions[j, 0] - positions[i, 0], positions[j, 1] - positions[i, 1]
             moves, direction = np.hypot(x, y) > 1e-6, np.arctan2(y, x)
             for other in range(m):
@@ -82,4 +83,4 @@ def search_lattice(
                     cost[child] = new_cost
                     parent[child] = node
                     heapq.heappush(queue, (new_cost + rest + missing[other], np.int64(child)))
-    return parent, closed, np.int64(-1)
+    return parent, closed, cost, np.int64(-1)

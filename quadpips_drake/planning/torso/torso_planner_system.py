@@ -1,10 +1,12 @@
 """TorsoPlanner: the torso search as a Drake system."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from quadpips_drake.framework.stage import Inputs, Stage
-from quadpips_drake.planning.start_stance import attach_feet, start_ground, with_region
-from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
+from quadpips_drake.planning.start_stance import attach_feet, start_ground, state_at_start, with_region
+from quadpips_drake.planning.torso.subgoals import Exploration
+from quadpips_drake.planning.torso.torso_config import TorsoConfig
+from quadpips_drake.planning.torso.torso_search import search_torso_path
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import PlanRequest, TorsoPath
@@ -14,10 +16,11 @@ from quadpips_drake.values.robot_state import RobotState
 
 @dataclass(frozen=True, eq=False)
 class _Memory(ImmutableValue):
-    """The last path, and the ground that the robot stood on at the first request."""
+    """The last path, the ground that the robot stood on at the first request, and what was tried since."""
 
     path: TorsoPath
     ground: PlanarRegion | None = None
+    exploration: Exploration = field(default_factory=Exploration)
 
 
 class TorsoPlanner(Stage):
@@ -36,7 +39,7 @@ class TorsoPlanner(Stage):
         output_ports:
         - torso_path
 
-    - robot_state: RobotState, frame W.
+    - robot_state: RobotState, frame W; a plan begins there unless the request names another start.
     - region_set: RegionSet, frame W; empty before anything was seen.
     - plan_request: PlanRequest; a new ``id`` asks for a path, 0 for nothing.
     - torso_path: TorsoPath, frame W, of the last request, with the regions that were searched; it has no poses and a reason
@@ -61,9 +64,12 @@ class TorsoPlanner(Stage):
     def update(self, inputs: Inputs, memory: _Memory, time: float) -> _Memory:
         """Plans as requested."""
         request = inputs.plan_request
-        state, regions, ground = inputs.robot_state, inputs.region_set, memory.ground
+        state = state_at_start(inputs.robot_state, request.start)
+        regions, ground = inputs.region_set, memory.ground
         if self.config.assume_start_ground and memory.path.request_id == 0:
             ground = self._unseen_ground(state, regions)
+        pose = (*state.p_WB[:2], float(state.rpy_WB[2]))
+        exploration = memory.exploration.standing_at(pose, request.goal, memory.path.poses if request.level else None)
         path = search_torso_path(
             state.p_WB,
             float(state.rpy_WB[2]),
@@ -72,8 +78,10 @@ class TorsoPlanner(Stage):
             self._robot,
             self.config,
             request_id=request.id,
+            level=request.level,
+            exploration=exploration,
         )
-        return _Memory(path, ground)
+        return _Memory(replace(path, start=request.start), ground, exploration.after(path))
 
     def _unseen_ground(self, robot_state, regions: RegionSet) -> PlanarRegion | None:
         """Returns the ground under the robot as a region unless a foot stands on a perceived one."""

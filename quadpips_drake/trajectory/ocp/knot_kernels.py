@@ -5,13 +5,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from quadpips_drake.math.small_algebra import vector
 from quadpips_drake.robots.kinematic_tree import KinematicTree
 from quadpips_drake.trajectory.centroidal.centroidal_derivatives import dynamics_derivatives, knot_derivatives
 from quadpips_drake.trajectory.centroidal.centroidal_kernels import ANGULAR, JOINT_RATES, JOINTS
 from quadpips_drake.trajectory.ocp.projection import project_inputs
 from quadpips_drake.trajectory.ocp.reduction import PACKED, STAGE, reduce_cost, reduce_dynamics
 from quadpips_drake.trajectory.ocp.terms.foothold_region import add_foothold_region
-from quadpips_drake.trajectory.ocp.terms.friction_cone import INACTIVE_BOUND, friction_pyramid
+from quadpips_drake.trajectory.ocp.terms.friction_cone import INACTIVE_BOUND, INNER, ROWS, friction_pyramid
 from quadpips_drake.trajectory.ocp.terms.joint_limits import add_box_limits, add_torque_limits
 from quadpips_drake.trajectory.ocp.terms.stance_foot import stance_foot
 from quadpips_drake.trajectory.ocp.terms.swing_foot import swing_foot
@@ -48,7 +49,6 @@ class OcpParameters(NamedTuple):
     swing_directions: int
     min_normal_force: float
     force_unit: float
-    pyramid_friction: float
 
 
 class TaskArrays(NamedTuple):
@@ -84,9 +84,9 @@ class KnotBlocks(NamedTuple):
     rate_map: np.ndarray
     """d(joint velocities) = input_change[12:] + rate_map z, (n, 12, 36)."""
     friction_rows: np.ndarray
-    """friction_rows w_leg >= friction_bounds, (n, 4, 4, 3)."""
+    """friction_rows w_leg >= friction_bounds, (n, 4, ROWS, 3)."""
     friction_bounds: np.ndarray
-    """(n, 4, 4)"""
+    """(n, 4, ROWS)"""
     costs: np.ndarray
     """(n,)"""
     violations: np.ndarray
@@ -97,7 +97,7 @@ def make_blocks(n: int) -> KnotBlocks:
     """Allocates blocks for n knots."""
     model = (PACKED,), (STAGE,), (STATES, STAGE), (STATES,)
     inputs = (INPUTS,), (NUM_JOINTS,), (NUM_JOINTS, STAGE)
-    return KnotBlocks(*(np.zeros((n, *shape)) for shape in (*model, *inputs, (4, 4, 3), (4, 4), (), ())))
+    return KnotBlocks(*(np.zeros((n, *shape)) for shape in (*model, *inputs, (4, ROWS, 3), (4, ROWS), (), ())))
 
 
 @njit(cache=True)
@@ -207,13 +207,12 @@ def input_constraints(parameters, task, k, u, dt, feet, change, by_state, by_rat
 
 @njit(cache=True)
 def _friction(parameters, task, k, u, rows, bounds):
-    """Writes the friction pyramids of knot k as rows on w."""
-    slope = task.friction * parameters.pyramid_friction
+    """Writes the friction polyhedra of knot k as rows on w."""
     for leg in range(4):
         if task.stance[k, leg]:
-            friction_pyramid(task.surface_normal[k, leg], task.x_ref[k, YAW], slope, rows[leg])
-            for i in range(4):
-                bounds[leg, i] = slope * parameters.min_normal_force
+            friction_pyramid(vector(task.surface_normal[k, leg]), task.x_ref[k, YAW], task.friction, rows[leg])
+            for i in range(ROWS):
+                bounds[leg, i] = INNER * task.friction * parameters.min_normal_force
                 for j in range(3):
                     bounds[leg, i] -= rows[leg, i, j] * u[3 * leg + j]
                     rows[leg, i, j] *= parameters.force_unit

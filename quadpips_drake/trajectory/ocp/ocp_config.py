@@ -5,8 +5,7 @@ from dataclasses import field
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.trajectory.centroidal.centroidal_model import MODEL_KINDS
-
-FRICTION_PYRAMIDS = ("inscribed", "circumscribed")
+from quadpips_drake.trajectory.ocp.terms.friction_cone import FRICTION
 
 
 @configuration
@@ -50,11 +49,8 @@ class OcpConfig:
     model: str = "centroidal"
     """Dynamics: centroidal (momentum of all links) or single_rigid_body (massless legs)."""
     weights: TrackingWeights = field(default_factory=TrackingWeights)
-    friction: float = ranged(0.5, 0.01, 10.0)
+    friction: float = ranged(FRICTION, 0.01, 10.0)
     """Friction coefficient, unless the task brings its own [-]."""
-    friction_pyramid: str = "inscribed"
-    """inscribed: |tangential components| <= friction / sqrt(2) * normal, all of it inside the cone; circumscribed: without
-    the root, so the corners lie outside."""
     min_normal_force: float = ranged(0.0, 0.0, 1e4)
     """Least normal force of a stance foot [N]."""
     joint_position_barrier: Barrier = field(default_factory=lambda: Barrier(0.1, 0.01))
@@ -87,12 +83,5 @@ class OcpConfig:
     def __post_init__(self):
         if self.model not in MODEL_KINDS:
             raise unknown_name("model", self.model, MODEL_KINDS)
-        if self.friction_pyramid not in FRICTION_PYRAMIDS:
-            raise unknown_name("friction pyramid", self.friction_pyramid, FRICTION_PYRAMIDS)
         if self.swing_constraint_directions not in (1, 3):
             raise UserInputError(f"swing_constraint_directions must be 1 or 3, not {self.swing_constraint_directions}")
-
-    @property
-    def pyramid_friction(self) -> float:
-        """Slope of the pyramid's faces for a coefficient of 1 [-]."""
-        return 2.0**-0.5 if self.friction_pyramid == "inscribed" else 1.0

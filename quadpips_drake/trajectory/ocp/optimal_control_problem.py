@@ -32,7 +32,7 @@ class OptimalControlProblem:
 
         min  sum_k dt_k L(x_k, u_k) + |x_N - x_des|^2_Qf   s.t.  (19a) dynamics, (19b) feet, (19c) friction, (19d) zero force
 
-    Dynamics: midpoint rule. Friction pyramids are hard inequalities; joint and foothold limits (19e, 19f) are relaxed
+    Dynamics: midpoint rule. Friction polyhedra are hard inequalities; joint and foothold limits (19e, 19f) are relaxed
     barriers, so every quadratic program has a solution. Foot velocities and zero forces are eliminated (see projection). The
     Hessian is Gauss-Newton's. ``terms/`` holds one file per term.
 
@@ -273,7 +273,6 @@ def _parameters(model, config):
         int(config.swing_constraint_directions),
         float(config.min_normal_force),
         float(_FORCE_UNIT_PER_WEIGHT * model.mass * GRAVITY),
-        float(config.pyramid_friction),
     )
 
 

@@ -115,7 +115,7 @@ def _equality_pattern(n: int) -> sp.csc_matrix:
 
 
 def _friction_pattern(n: int) -> sp.csc_matrix:
-    """Four rows on each leg's three entries of w."""
+    """ROWS rows on each leg's three entries of w."""
     leg_rows = np.repeat(np.arange(4)[:, None], 3, axis=1)[:, :, None] * ROWS + np.arange(ROWS)
     indices = (leg_rows.ravel() + _FRICTION_ROWS * np.arange(n)[:, None]).ravel()
     counts = np.append(np.tile([0] * STATES + [ROWS] * FREE, n), np.zeros(STATES, int))

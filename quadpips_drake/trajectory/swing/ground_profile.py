@@ -1,7 +1,11 @@
 """The ground below a swing, from what is known of it: how high the foot has to be where."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
+
+from quadpips_drake.values.regions import GroundHeights
 
 SAMPLES = 25
 """Equal parts of the way [1]: 0 at lift-off, 1 at touch-down."""
@@ -12,22 +16,52 @@ _LATEST_EDGE = 0.25
 """Where nothing is known, the edge of a step lies this part of the way or farther from the lower foothold [1]."""
 
 
-def ground_profile(p0, p1, regions=(), foot_radius: float = 0.0) -> np.ndarray:
+_ASIDE = 0.01
+"""A foot keeps this far from what is beside its way, too [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class KnownGround:
+    """What is known of the ground that swings pass over."""
+
+    regions: tuple = ()
+    """PlanarRegions; they count where there are no heights."""
+    heights: GroundHeights | None = None
+    """Of steppable ground and of all other."""
+
+    def profile(self, p0, p1, foot_radius: float) -> np.ndarray:
+        """``ground_profile`` of a way."""
+        middle = 0.5 * (np.asarray(p0) + np.asarray(p1))
+        reach = 0.5 * float(np.hypot(p1[0] - p0[0], p1[1] - p0[1])) + foot_radius
+        near = []
+        for region in self.regions:
+            x, y = region.X_WR[0, 3] - middle[0], region.X_WR[1, 3] - middle[1]
+            if np.hypot(x, y) < reach + np.hypot(*region.boundary.T).max():
+                near.append(region)
+        return ground_profile(p0, p1, near, foot_radius, self.heights)
+
+
+def ground_profile(p0, p1, regions=(), foot_radius: float = 0.0, heights: GroundHeights | None = None) -> np.ndarray:
     """Lowest admissible heights of the foot centre on the straight way from ``p0`` to ``p1``, (SAMPLES,) [m] in W.
 
-    Known regions count where the way leads over them, widened by the foot's radius. Elsewhere the ground is unknown: between
-    ends at different heights a step is expected that lies as close to the lower one as is likely.
+    Where the map of heights knows the ground, a sphere a little wider than the foot has to clear it. Elsewhere known regions
+    count, widened by the foot's radius; where nothing is known, a step is expected between ends at different heights that
+    lies as close to the lower one as is likely.
 
     Args:
         p0, p1: foot centres at lift-off and touch-down [m], (3,).
         regions: PlanarRegions around the way; others do not matter.
         foot_radius: [m].
+        heights: of the ground around the way; None: unknown.
     """
     p0, p1 = np.array(p0, dtype=float), np.array(p1, dtype=float)
     profile = np.full(SAMPLES, -np.inf)
     for region in regions:
         _raise_over(*_outline(region), foot_radius, p0, p1, profile)
-    _complete(p0[2], p1[2], len(regions) > 0, profile)
+    if heights is not None and heights.height.size:
+        _take_heights(np.array(heights.corner, float), float(heights.cell), heights.height, foot_radius, p0, p1, profile)
+    known = len(regions) > 0 or heights is not None
+    _complete(p0[2], p1[2], known, profile)
     return profile
 
 
@@ -75,6 +109,30 @@ def _raise_over(boundary, pose, foot_radius, p0, p1, profile):
             inside = inside and distance >= -foot_radius
         if inside:
             profile[k] = max(profile[k], height)
+
+
+@njit(cache=True)
+def _take_heights(corner, cell, heights, foot_radius, p0, p1, profile):
+    """Puts the height of a foot centre on the map in place of the profile, where the way leads over known ground."""
+    radius = foot_radius + _ASIDE
+    reach = int(np.ceil(radius / cell))
+    for k in range(len(profile)):
+        x, y = p0[0] + _PARTS[k] * (p1[0] - p0[0]), p0[1] + _PARTS[k] * (p1[1] - p0[1])
+        i0, j0 = int(np.floor((x - corner[0]) / cell)), int(np.floor((y - corner[1]) / cell))
+        highest = -np.inf
+        for i in range(max(i0 - reach, 0), min(i0 + reach + 1, heights.shape[0])):
+            for j in range(max(j0 - reach, 0), min(j0 + reach + 1, heights.shape[1])):
+                # From the nearest point of the cell, whatever is highest in it may be there.
+                dx = max(abs(corner[0] + (i + 0.5) * cell - x) - 0.5 * cell, 0.0)
+                dy = max(abs(corner[1] + (j + 0.5) * cell - y) - 0.5 * cell, 0.0)
+                squared = radius * radius - dx * dx - dy * dy
+                if squared > 0.0 and np.isfinite(heights[i, j]):
+                    highest = max(highest, heights[i, j] + np.sqrt(squared) - _ASIDE)
+        inside = 0 <= i0 < heights.shape[0] and 0 <= j0 < heights.shape[1]
+        if inside and np.isfinite(heights[i0, j0]):
+            profile[k] = highest
+        else:
+            profile[k] = max(profile[k], highest)
 
 
 @njit(cache=True)

@@ -16,8 +16,12 @@ _OTHER_PARTS = (0.45, 0.3, 0.75, 0.15, 0.85)
 """Where else the apex may be to clear an edge close to one end."""
 _HEIGHT_STEP = 0.01
 """[m]"""
+_PRICE_OF_RISE = 0.05
+"""An apex rises by so much only for this part of it in clearance [1]."""
 _TESTED = 40
 """Points of a swing that are held against the ground [1]."""
+_AT_AN_END = 4
+"""Of them, how many at either end belong to the foothold rather than to the way [1]."""
 _FLAT_END = 0.25
 """The wanted clearance fades, as a parabola, within this part of the swing from both ends [1]."""
 
@@ -99,13 +103,16 @@ def sample_swing(path, times, out):
 
 
 @njit(cache=True)
-def least_clearance(path, duration, p0, p1, profile, clearance):
-    """Smallest height over the ground profile, less the wanted clearance (which fades towards both ends) [m]."""
+def least_clearance(path, duration, p0, p1, profile, clearance, first):
+    """Smallest height over the ground profile, less the wanted clearance (which fades towards both ends) [m].
+
+    ``first``: the point that is tested first; as many are left out at the other end.
+    """
     chord = (p1[0] - p0[0], p1[1] - p0[1])
     horizontal2 = chord[0] * chord[0] + chord[1] * chord[1]
     point = np.empty((3, 3))
     least, last = np.inf, len(profile) - 1
-    for k in range(1, _TESTED):
+    for k in range(first, _TESTED + 1 - first):
         phase = k / _TESTED
         evaluate_swing(path, phase * duration, point)
         part = phase
@@ -123,21 +130,30 @@ def least_clearance(path, duration, p0, p1, profile, clearance):
 
 @njit(cache=True)
 def clearing_path(p0, v0, p1, v1, duration, height, profile, clearance, max_rise):
-    """As ``swing_path``, with the lowest apex that clears the profile; the best one there is when none does.
+    """As ``swing_path``, with the lowest apex that clears the profile, and by how much that is above ``height`` [m].
 
-    Between apexes of the same height the usual place is preferred.
+    When none does, it comes near to it; but an apex does not rise by much for little: a map that is wrong by a centimetre
+    beside a foot would have it swing as high, and so as fast, as it can. Between apexes of the same height the usual place
+    is preferred.
     """
     best = swing_path(p0, v0, p1, v1, duration, height, APEX_PART)
-    best_clearance = least_clearance(best, duration, p0, p1, profile, clearance)
-    rise = 0.0
-    while best_clearance < 0.0 and rise <= max_rise + 1e-9:
+    best_missing = max(0.0, -least_clearance(best, duration, p0, p1, profile, clearance, 1))
+    rise, best_rise, cleared = 0.0, 0.0, best_missing == 0.0
+    while not cleared and rise <= max_rise + 1e-9:
         for option in range(1 + len(_OTHER_PARTS)):
             part = APEX_PART if option == 0 else _OTHER_PARTS[option - 1]
             path = swing_path(p0, v0, p1, v1, duration, height + rise, part)
-            found = least_clearance(path, duration, p0, p1, profile, clearance)
-            if found > best_clearance:
-                best, best_clearance = path, found
-            if best_clearance >= 0.0:
+            missing = max(0.0, -least_clearance(path, duration, p0, p1, profile, clearance, 1))
+            if missing + _PRICE_OF_RISE * rise < best_missing + _PRICE_OF_RISE * best_rise - 1e-12:
+                best, best_missing, best_rise = path, missing, rise
+            cleared = cleared or missing == 0.0
+            if missing == 0.0:
                 break
         rise += _HEIGHT_STEP
-    return best
+    return best, best_rise
+
+
+@njit(cache=True)
+def depth_on_the_way(path, duration, p0, p1, profile):
+    """By how much the swing is below the profile [m], but for its ends, where a foot stands beside what is there."""
+    return max(0.0, -least_clearance(path, duration, p0, p1, profile, 0.0, _AT_AN_END))

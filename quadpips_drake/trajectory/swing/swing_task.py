@@ -9,7 +9,7 @@ from quadpips_drake.math.angles import whole_turns
 from quadpips_drake.math.rotations import body_rates, rotation_from_rpy
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.tracking_task import TrackingTask
-from quadpips_drake.trajectory.swing.ground_profile import ground_profile, region_halfspaces
+from quadpips_drake.trajectory.swing.ground_profile import KnownGround, region_halfspaces
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig, SwingSpline
 from quadpips_drake.trajectory.swing.target_configuration import TargetConfiguration
 from quadpips_drake.values.centroidal import STATE_SIZE, CentroidalInput, CentroidalState
@@ -34,8 +34,8 @@ class SwingSetup:
     """Upward normals under the feet before (first) and after the swing, (2, 4, 3)."""
     regions: tuple
     """PlanarRegion or None for each foot after the swing."""
-    ground: tuple
-    """PlanarRegions on which feet stand around this time: what is known of the ground that the swings pass over."""
+    ground: KnownGround
+    """That the swings pass over."""
     end: TargetConfiguration
     start_velocity: np.ndarray
     """Velocity of the base at the beginning that the reference has [m/s], (3,)."""
@@ -47,8 +47,8 @@ class SwingSetup:
         return np.linspace(0.0, self.duration, self.num_knots + 1)
 
 
-def make_swing_task(model: CentroidalModel, x0, setup: SwingSetup, config: SwingConfig) -> tuple[TrackingTask, bool]:
-    """Returns the tracking task from state ``x0`` (24,), and whether its kinematic reference is within reach throughout.
+def make_swing_task(model: CentroidalModel, x0, setup: SwingSetup, config: SwingConfig) -> tuple[TrackingTask, dict]:
+    """Returns the tracking task from state ``x0`` (24,), and the SwingSpline of each swinging leg.
 
     Base: cubic between the present and the target pose with the given velocities. Swinging feet: splines. Joints: inverse
     kinematics of both. The forces carry the weight.
@@ -60,6 +60,7 @@ def make_swing_task(model: CentroidalModel, x0, setup: SwingSetup, config: Swing
     in_swing = (middles > setup.liftoff_time) & (middles < setup.touchdown_time)
     foot_p, foot_v = np.tile(feet0, (len(times), 1, 1)), np.zeros((len(times), NUM_LEGS, 3))
     normals = np.tile(setup.normals[0], (setup.num_knots, 1, 1))
+    splines = {}
     for leg in setup.legs:
         stance[in_swing, leg] = False
         ends = feet0[leg], setup.targets[leg]
@@ -70,14 +71,15 @@ def make_swing_task(model: CentroidalModel, x0, setup: SwingSetup, config: Swing
             setup.normals[1, leg],
             config,
             liftoff_normal=setup.normals[0, leg],
-            profile=ground_profile(*ends, setup.ground, model.robot.foot_radius),
+            profile=setup.ground.profile(*ends, model.robot.foot_radius),
         )
+        splines[leg] = spline
         path = spline.sample(times)
         foot_p[:, leg], foot_v[:, leg] = path[:, 0], path[:, 1]
         normals[:, leg] = spline.normal(times[:-1])
-    x_ref, u_ref, reached = _reference(model, x0, setup, times, foot_p, stance)
+    x_ref, u_ref = _reference(model, x0, setup, times, foot_p, stance)
     halfspaces = _halfspaces(setup, stance, times)
-    return TrackingTask(times, x_ref, u_ref, stance, foot_p, foot_v, normals, *halfspaces), reached
+    return TrackingTask(times, x_ref, u_ref, stance, foot_p, foot_v, normals, *halfspaces), splines
 
 
 def _reference(model, x0, setup, times, foot_p, stance):
@@ -90,14 +92,14 @@ def _reference(model, x0, setup, times, foot_p, stance):
     x_ref[:, CentroidalState.LINEAR] = velocity
     x_ref[:, CentroidalState.POSITION] = position
     x_ref[:, CentroidalState.ORIENTATION] = rpy
-    joints, reached = model.robot.joints_following(position, rpy, foot_p, x0[CentroidalState.JOINTS])
+    joints, _ = model.robot.joints_following(position, rpy, foot_p, x0[CentroidalState.JOINTS])
     x_ref[:, CentroidalState.JOINTS] = joints
     inertia = model.locked_inertia(x0[CentroidalState.JOINTS]) / model.mass
     x_ref[:, CentroidalState.ANGULAR] = _spin(rpy, rpy_rate, inertia)
     u_ref = model.gravity_compensation(stance)
     joint_steps = np.diff(x_ref[:, CentroidalState.JOINTS], axis=0)
     u_ref[:, CentroidalInput.JOINT_VELOCITIES] = joint_steps / np.diff(times)[:, None]
-    return x_ref, u_ref, bool(reached.all())
+    return x_ref, u_ref
 
 
 @njit(cache=True)

@@ -8,6 +8,7 @@ from quadpips_drake.trajectory.swing.swing_kernels import (
     END,
     START,
     clearing_path,
+    depth_on_the_way,
     evaluate_swing,
     sample_swing,
     swing_path,
@@ -79,24 +80,35 @@ class SwingSpline:
         duration = self.end_time - self.start_time
         shrink = min(1.0, duration / time_scale)
         v0, v1 = (shrink * liftoff_velocity) * self.ends[2], (shrink * touchdown_velocity) * self.ends[3]
-        shape = self.start_point, v0, self.end_point, v1, duration, shrink * apex_height
+        shape, rise, depth = (self.start_point, v0, self.end_point, v1, duration, shrink * apex_height), 0.0, 0.0
+        self.profile = profile
+        """As given."""
         if profile is None:
             self.path = swing_path(*shape, APEX_PART)
         else:
-            self.path = clearing_path(*shape, profile, shrink * clearance, _RISE_LIMIT * apex_height)
+            heights = np.array(profile, dtype=float)
+            self.path, rise = clearing_path(*shape, heights, shrink * clearance, _RISE_LIMIT * apex_height)
+            depth = depth_on_the_way(self.path, duration, self.start_point, self.end_point, heights)
         """All of it in one array, for compiled functions; see ``swing_path``."""
+        self.apex_height = float(apex_height + rise)
+        """Over the chord [m]; of a short swing before it is flattened."""
+        self.depth = float(depth)
+        """By how much it is below the profile on its way, because no apex clears it [m]."""
         self.path[START], self.path[END] = self.start_time, self.end_time
 
     @staticmethod
-    def plan(t0, t1, p0, p1, normal=_UP, config: SwingConfig | None = None, *, liftoff_normal=_UP, profile=None):
-        """Returns the swing that ``config`` shapes; ``normal`` is that of the ground at touch-down."""
+    def plan(
+        t0, t1, p0, p1, normal=_UP, config: SwingConfig | None = None, *, liftoff_normal=_UP, profile=None, least_apex=0.0
+    ):
+        """Returns the swing that ``config`` shapes; ``normal`` is that of the ground at touch-down, ``least_apex`` [m] the
+        least height of the apex."""
         config = config or SwingConfig()
         return SwingSpline(
             p0,
             p1,
             t0,
             t1,
-            config.apex_height,
+            max(config.apex_height, least_apex),
             liftoff_normal,
             normal,
             liftoff_velocity=config.liftoff_velocity,

@@ -61,7 +61,8 @@ def planning() -> None:
     from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig, nearby_regions, regions_from_terrain
     from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
     from quadpips_drake.planning.footholds.foothold_search import search_footholds
-    from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
+    from quadpips_drake.planning.torso.torso_config import TorsoConfig
+    from quadpips_drake.planning.torso.torso_search import search_torso_path
     from quadpips_drake.robots.robot_library import load_robot
     from quadpips_drake.robots.standing import standing_state
     from quadpips_drake.terrain.library import load_terrain
@@ -74,6 +75,7 @@ def planning() -> None:
     regions = RegionSet(0.0, nearby_regions(everywhere, state.p_WB, config.radius))
     path = search_torso_path(state.p_WB, 0.0, regions, np.array([0.6, 0.0]), robot, TorsoConfig())
     search_footholds(state, regions, path, robot, FootholdConfig())
+    search_torso_path(state.p_WB, 0.0, regions, np.array([9.0, 0.0]), robot, TorsoConfig())  # by way of a sub-goal
 
 
 def whole_body_control() -> None:

@@ -5,7 +5,7 @@ from contextlib import closing
 from functools import partial
 from pickle import UnpicklingError
 
-from quadpips_drake.compiling import are_warm, note_warm, remove_broken_kernels
+from quadpips_drake.compiling import are_warm, note_warm, remove_broken_kernels, remove_stale_kernels
 from quadpips_drake.trials.warming import kernel_exercises
 from quadpips_drake.worker_pool import Outcome, available_cores, run_jobs
 
@@ -40,6 +40,7 @@ def warm_up(told: Told = lambda now, done, total: None, *, workers: int = 0) -> 
     groups, failures = cold_groups(), {}
     if not groups:
         return failures
+    remove_stale_kernels()
     told(groups[: max(workers, 1)], 0, len(groups))
     waiting = list(groups)
     with closing(_by_processes(groups, workers) if workers else _here(groups)) as outcomes:

@@ -151,3 +151,25 @@ def test_an_early_touch_bears_load_but_a_late_foot_stays_planned():
     # 70 % of the swing are over.
     assert horizon.with_early_contacts(planned, times, contacts, swings, 0.69)[0, 1]
     assert not horizon.with_early_contacts(planned, times, contacts, swings, 0.71)[0, 1]
+
+
+def test_a_swing_that_is_planned_anew_is_as_high_as_it_was_planned():
+    up, radius = np.array([0.0, 0.0, 1.0]), 0.03
+    profile = np.full(25, radius)
+    profile[11:14] += 0.12  # a barrier
+    start, end = np.array([0.0, 0.0, radius]), np.array([0.4, 0.0, radius])
+    planned = SwingSpline.plan(0.0, 0.4, start, end, up, SwingConfig(), profile=profile)
+    target = FootholdTarget(Leg.LF, 0.0, 0.4, end, up, None, planned.profile, planned.apex_height)
+    schedule = ContactSchedule(np.array([0.0, 0.4]), np.array([[True] * 4, [False, True, True, True], [True] * 4]))
+    feet = np.tile(start, (4, 1)) + np.array([0.02, 0.01, 0.004])  # where it really stands
+    swings = mpc_swings.SwingPlanner(SwingConfig(), radius).plan(schedule, (target,), feet, np.tile(up, (4, 1)), -0.1, 1.0)
+    times = np.linspace(0.0, 0.4, 100)
+    path, wanted = swings[Leg.LF][0].position(times), planned.position(times)
+    assert wanted[:, 2].max() > radius + 0.12 + 0.015
+    assert path[:, 2].max() > wanted[:, 2].max() - 0.005
+    over = np.abs(path[:, 0] - 0.2) < 0.03
+    assert path[over, 2].min() > 0.12 + radius
+    bare = mpc_swings.SwingPlanner(SwingConfig(), radius).plan(
+        schedule, (FootholdTarget(Leg.LF, 0.0, 0.4, end, up),), feet, np.tile(up, (4, 1)), -0.1, 1.0
+    )
+    assert bare[Leg.LF][0].position(times)[:, 2].max() < 0.13

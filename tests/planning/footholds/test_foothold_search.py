@@ -9,22 +9,27 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.gaits.swing_gaits import swing_gait, swing_gait_names
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
+from quadpips_drake.planning.footholds.refused_swings import are_refused
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.planning.start_stance import attach_feet, start_ground, with_region
-from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
+from quadpips_drake.planning.torso.torso_config import TorsoConfig
+from quadpips_drake.planning.torso.torso_search import search_torso_path
+from quadpips_drake.robots.leg_shapes import leg_gap
+from quadpips_drake.robots.reachability import leg_chains
 from quadpips_drake.robots.robot_library import load_robot
+from quadpips_drake.robots.stance_limits import stance_limits
 from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.plans import RefusedSwing
 from quadpips_drake.values.regions import RegionSet
 from tests.planning import worlds
 
 ROBOT = load_robot("anymal_c")
 NOMINAL = ROBOT.nominal_footholds_B
+NEIGHBOURS = ((Leg.LF, Leg.RF), (Leg.LH, Leg.RH), (Leg.LF, Leg.LH), (Leg.RF, Leg.RH))
 GO2_FEET = {
-    "min_separation": 0.10,
     "reach_offset": [0.0, 0.01, 0.03],
     "reach_semi_axes": [0.26, 0.15, 0.17],
     "max_swing": 0.30,
-    "width_tolerance": 0.13,
     "length_tolerance": 0.22,
     "preferred_swing": 0.18,
 }
@@ -34,14 +39,15 @@ WORLDS = {
     "stairs": (worlds.stairs(), (3.2, 0.0)),
     "ramp": (worlds.ramp(), (2.5, 0.0)),
     "gap": (worlds.pit(0.30), (2.3, 0.0)),
+    "beam": (worlds.beam(0.25), (3.2, 0.0)),
     "winding_beam": (worlds.winding_beam(), (3.6, 2.0)),
 }
 
 
-def plan_once(regions, goal, config=None, state=None, robot=ROBOT):
+def plan_once(regions, goal, config=None, state=None, robot=ROBOT, refused=()):
     state = worlds.standing_state(robot) if state is None else state
     path = search_torso_path(state.p_WB, state.rpy_WB[2], regions, goal, robot, TorsoConfig(), request_id=7)
-    return search_footholds(state, regions, path, robot, config or FootholdConfig())
+    return search_footholds(state, regions, path, robot, config or FootholdConfig(), refused)
 
 
 def assert_valid(plan, config, robot=ROBOT):
@@ -66,7 +72,8 @@ def assert_valid(plan, config, robot=ROBOT):
 def assert_good_stance(stance, nominal, config, robot):
     """Separation, eqs. 16-17, inverse kinematics."""
     distances = np.linalg.norm(stance.footholds[:, None] - stance.footholds[None], axis=2)
-    assert distances[np.triu_indices(4, 1)].min() >= config.min_separation
+    assert distances[np.triu_indices(4, 1)].min() >= 2 * robot.foot_radius + robot.leg_clearance
+    limits = stance_limits(robot)
     roll, pitch, yaw = stance.rpy_WB
     Rx = np.array([[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]])
     Ry = np.array([[np.cos(pitch), 0, np.sin(pitch)], [0, 1, 0], [-np.sin(pitch), 0, np.cos(pitch)]])
@@ -74,13 +81,14 @@ def assert_good_stance(stance, nominal, config, robot):
     R_WB = Rz @ Ry @ Rx
     local = (stance.footholds - stance.p_WB) @ R_WB
     for left, right in ((Leg.LF, Leg.RF), (Leg.LH, Leg.RH)):
-        ideal = nominal[left, 1] - nominal[right, 1]
-        assert abs(local[left, 1] - local[right, 1] - ideal) < config.width_tolerance
+        assert limits.min_width <= local[left, 1] - local[right, 1] <= limits.max_width
     for fore, hind in ((Leg.LF, Leg.LH), (Leg.RF, Leg.RH)):
         ideal = nominal[fore, 0] - nominal[hind, 0]
         assert abs(local[fore, 0] - local[hind, 0] - ideal) < config.length_tolerance
     centers = (stance.footholds + robot.foot_radius * stance.normals - stance.p_WB) @ R_WB
     assert all(robot.leg_inverse_kinematics_B(leg, centers[leg])[1] for leg in Leg)
+    gaps = [leg_gap(int(i), centers[i], int(j), centers[j], leg_chains(robot), robot.leg_shapes) for i, j in NEIGHBOURS]
+    assert min(gaps) >= robot.leg_clearance
 
 
 @pytest.mark.parametrize("gait", swing_gait_names())
@@ -126,7 +134,7 @@ def test_ends_in_a_stance_near_the_nominal_one():
         last = plan_once(*WORLDS[name]).stances[-1]
         c, s = np.cos(last.rpy_WB[2]), np.sin(last.rpy_WB[2])
         local = (last.footholds - last.p_WB)[:, :2] @ np.array([[c, -s], [s, c]])
-        assert np.linalg.norm(local - NOMINAL[:, :2], axis=1).max() < 0.12, name
+        assert np.linalg.norm(local - NOMINAL[:, :2], axis=1).max() < 0.13, name
 
 
 def test_goal_within_reach_is_the_waypoint():
@@ -221,3 +229,27 @@ def test_bad_settings_are_refused():
         FootholdConfig(candidate="best")
     with pytest.raises(UserInputError, match="must have 3 items, not 1"):
         FootholdConfig(reach_semi_axes=[1.0])
+
+
+def test_a_refused_swing_is_not_planned_again_and_the_search_goes_around_it():
+    regions, goal = WORLDS["stepping_stones"]
+    first, refused = plan_once(regions, goal), []
+    for _ in range(3):
+        plan = plan_once(regions, goal, refused=tuple(refused))
+        assert plan.success and plan.complete == first.complete
+        for swing in refused:
+            for legs, before, after in zip(plan.swing_legs, plan.stances[:-1], plan.stances[1:], strict=True):
+                same_start = np.abs(before.footholds - swing.start).max() < 0.01
+                assert not (same_start and legs == swing.legs and np.abs(after.footholds - swing.end).max() < 0.02)
+        refused.append(RefusedSwing(plan.swing_legs[0], plan.stances[0].footholds, plan.stances[1].footholds))
+
+
+def test_a_swing_is_refused_for_these_legs_from_this_stance_only():
+    start, end = np.zeros((4, 3)), np.zeros((4, 3))
+    end[Leg.LF] = [0.2, 0.0, 0.0]
+    near, far = end + np.array([0.02, 0.0, 0.0]), end + np.array([0.05, 0.0, 0.0])
+    swing = RefusedSwing((Leg.LF,), start, end)
+    ends = np.array([end, near, far])
+    np.testing.assert_array_equal(are_refused((swing,), (Leg.LF,), start + 0.005, ends), [True, True, False])
+    assert not are_refused((swing,), (Leg.RF,), start, ends).any()
+    assert not are_refused((swing,), (Leg.LF,), start + 0.05, ends).any()

@@ -57,9 +57,8 @@ def test_contacts_are_respected(model, problem, solved):
     np.testing.assert_allclose(forces[~task.stance], 0, atol=1e-6)
     drift = velocity + problem.config.stance_position_gain * (position - task.foot_ref_p[:-1])
     np.testing.assert_allclose(drift[task.stance], 0, atol=1e-4)
-    friction = problem.config.friction / np.sqrt(2.0)  # the pyramid lies inside the cone
-    tolerance = 1e-4 * model.mass * GRAVITY
-    assert (np.abs(forces[..., :2]) <= friction * forces[..., 2:] + tolerance).all()
+    tangential, tolerance = np.linalg.norm(forces[..., :2], axis=-1), 1e-4 * model.mass * GRAVITY
+    assert (tangential <= problem.config.friction * forces[..., 2] + tolerance).all()
 
 
 def test_robot_moves_as_asked(model, solved):

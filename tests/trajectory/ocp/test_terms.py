@@ -8,7 +8,7 @@ from quadpips_drake.trajectory.centroidal.centroidal_derivatives import knot_der
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.projection import orthogonal_basis, project_inputs
 from quadpips_drake.trajectory.ocp.terms.foothold_region import add_foothold_region
-from quadpips_drake.trajectory.ocp.terms.friction_cone import friction_pyramid, surface_frame
+from quadpips_drake.trajectory.ocp.terms.friction_cone import FRICTION, ROWS, friction_pyramid, surface_frame
 from quadpips_drake.trajectory.ocp.terms.joint_limits import add_box_limits, add_torque_limits
 from quadpips_drake.trajectory.ocp.terms.relaxed_barrier import relaxed_barrier
 from quadpips_drake.trajectory.ocp.terms.stance_foot import stance_foot
@@ -130,16 +130,27 @@ def test_foot_constraints_are_derivatives_of_their_residuals(model, z):
 
 def test_friction_pyramid_in_the_surface_frame():
     normal = np.array([-np.sin(0.4), 0.0, np.cos(0.4)])
-    rows = np.empty((4, 3))
-    friction_pyramid(normal, 0.7, 0.6, rows)
+    rows = np.empty((ROWS, 3))
+    friction_pyramid(tuple(normal), 0.7, 0.6, rows)
     frame = np.array(surface_frame(normal, 0.7))
     assert frame[0] @ [-np.sin(0.7), np.cos(0.7), 0.0] == pytest.approx(0.0, abs=0.1)
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
     np.testing.assert_allclose(frame[2], normal)
-    inside, outside = 10 * normal + 5.9 * frame[0] - 5.9 * frame[1], 10 * normal + 6.1 * frame[1]
-    assert (rows @ inside > 0).all()
-    assert (rows @ outside).min() < 0
+    for degrees in range(0, 360, 5):
+        tangent = np.cos(np.radians(degrees)) * frame[0] + np.sin(np.radians(degrees)) * frame[1]
+        granted = 5.99 if degrees % 60 == 0 else 5.19  # all of the cone along the heading, 87 % of it anywhere
+        assert (rows @ (10 * normal + granted * tangent) > 0).all()
+        assert (rows @ (10 * normal + 6.01 * tangent)).min() < 0
     assert (rows @ -normal < 0).all()
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.4, 2.0])
+def test_standing_upright_on_the_steepest_worlds_is_within_the_friction_polyhedron(heading):
+    rows = np.empty((ROWS, 3))
+    for degrees in (24.8, 28.2):
+        slope = np.radians(degrees)
+        friction_pyramid((-np.sin(slope), 0.0, np.cos(slope)), heading, FRICTION, rows)
+        assert (rows @ [0.0, 0.0, 1.0] > 0.05).all()
 
 
 def test_projection_satisfies_all_constraints():

@@ -9,15 +9,17 @@ from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_library import load_robot
+from quadpips_drake.terrain.penetration import sphere_depths
+from quadpips_drake.terrain.terrain import Box, Terrain, pose
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trajectory.swing.ground_profile import region_halfspaces
+from quadpips_drake.trajectory.swing.ground_profile import KnownGround, region_halfspaces
 from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer, SwingOptimizerConfig
 from quadpips_drake.trajectory.swing.swing_optimizer_system import SwingTrajectoryOptimizer
 from quadpips_drake.trajectory.swing.target_configuration import TargetConfig, find_target, foot_centers
 from quadpips_drake.values.centroidal import CentroidalInput
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import FootholdPlan, Stance
-from quadpips_drake.values.regions import PlanarRegion
+from quadpips_drake.values.regions import GroundHeights, PlanarRegion
 from tests.trajectory.walking import robot_state_of, uneven_plan
 
 STEPS = {"anymal_c": 0.2, "go2": 0.12}
@@ -36,19 +38,40 @@ def trot(optimizer):
 
 def test_all_swings_converge(trot):
     plan, result = trot
-    assert result.success and not result.reason and result.fallbacks == 0
+    assert result.success and not result.reason and result.refused is None
     assert [report.status for report in result.reports] == ["converged"] * len(plan.swing_legs)
     assert max(report.landing_error for report in result.reports) < 0.02
     assert result.elapsed > 0
 
 
-def test_a_swing_that_would_miss_its_foothold_becomes_kinematic(optimizer):
-    strict = SwingOptimizer(optimizer.robot, replace(optimizer.config, max_landing_error=1e-5, refinement_iterations=0))
+def test_a_swing_that_would_miss_its_foothold_is_refused(optimizer):
+    strict = SwingOptimizer(optimizer.robot, replace(optimizer.config, max_landing_error=1e-5))
     plan = uneven_plan(optimizer.robot, step=STEPS[optimizer.robot.name])
     result = strict.optimize(optimizer.model.nominal_state(), plan)
-    kinematic = [report for report in result.reports if report.status == "kinematic"]
-    assert result.fallbacks == len(kinematic) >= 1
-    assert max(report.landing_error for report in kinematic) < 1e-5
+    assert not result.success and len(result.reference.times) == 0 and len(result.reports) == 1
+    assert "swing 1 (RF+LH): a foot would land" in result.reason == result.refused.reason
+    assert result.refused.legs == plan.swing_legs[0]
+    np.testing.assert_array_equal(result.refused.start, plan.stances[0].footholds)
+    np.testing.assert_array_equal(result.refused.end, plan.stances[1].footholds)
+
+
+def test_the_plan_ends_at_rest_before_a_swing_that_fails(optimizer, trot, monkeypatch):
+    plan, whole = trot
+    verdict = SwingOptimizer._verdict
+    third = plan.stances[3].footholds[plan.swing_legs[2][0]] + [0.0, 0.0, optimizer.robot.foot_radius]
+
+    def refusing(self, solution, landing):
+        foot = self.model.foot_positions(solution.X[-1])[plan.swing_legs[2][0]]
+        return "no" if np.linalg.norm(foot - third) < 0.02 else verdict(self, solution, landing)
+
+    monkeypatch.setattr(SwingOptimizer, "_verdict", refusing)
+    result = optimizer.optimize(optimizer.model.nominal_state(), plan)
+    assert result.refused.legs == plan.swing_legs[2] and result.reason.startswith("swing 3 ")
+    np.testing.assert_array_equal(result.refused.end, plan.stances[3].footholds)
+    assert [report.used for report in result.reports] == [True, True, False]
+    reference = result.reference
+    assert reference.end_time == pytest.approx(1.0) and len(reference.footholds) == 4
+    assert np.abs(reference.states[-1, 0]) < 0.6 * np.abs(whole.reference.states[100, 0])  # where that one walks on
 
 
 def test_one_clock(trot):
@@ -121,6 +144,8 @@ def test_foothold_out_of_reach_ends_the_plan_before_it(optimizer):
     result = optimizer.optimize(optimizer.model.nominal_state(), plan)
     assert result.success and len(result.reports) == 1
     assert "swing 2 (LF+RH): no configuration reaches with LF" in result.reason
+    assert result.refused.legs == plan.swing_legs[1]
+    np.testing.assert_array_equal(result.refused.end, bad.footholds)
 
 
 def test_plan_without_stances_gives_no_samples(optimizer):
@@ -128,13 +153,43 @@ def test_plan_without_stances_gives_no_samples(optimizer):
     assert not result.success and result.reason == "no way" and result.reference.request_id == 7
 
 
-def test_failed_optimisation_falls_back_to_kinematics():
+def wall_across(robot, plan, height):
+    """Heights of level ground with a wall, 4 cm thick, in the middle of the way of the plan's first swinging foot."""
+    leg, cell = plan.swing_legs[0][0], 0.01
+    middle = 0.5 * (plan.stances[0].footholds[leg, 0] + plan.stances[1].footholds[leg, 0])
+    x = np.arange(-1.0, 1.0, cell) + 0.5 * cell
+    heights = np.zeros((len(x), 200), dtype=np.float32)
+    heights[np.abs(x - middle) < 0.02] = height
+    return KnownGround((), GroundHeights(0.0, np.array([-1.0, -1.0]), cell, heights))
+
+
+@pytest.mark.parametrize("height", [0.12, 0.18])
+def test_a_swing_clears_a_wall_and_lands_on_its_foothold(height):
+    robot = load_robot("anymal_c")
+    optimizer, plan = SwingOptimizer(robot), uneven_plan(robot, swings=1, step=0.4, legs=((Leg.LF,),))
+    ground = wall_across(robot, plan, height)
+    result = optimizer.optimize(optimizer.model.nominal_state(), plan, ground=ground)
+    assert result.success and result.reports[0].landing_error < 0.02
+    wall = Box(X_WE=pose((plan.stances[0].footholds[Leg.LF, 0] + 0.1, 0.0, 0.5 * height)), size=[0.04, 2.0, height])
+    feet = np.array([optimizer.model.foot_positions(x)[Leg.LF] for x in result.reference.states])
+    terrain = Terrain("wall", np.zeros(3), np.array([1.0, 0.0]), 1.0, (wall,))
+    assert sphere_depths(terrain, feet, robot.foot_radius).max() < 0.01
+
+
+def test_a_swing_that_cannot_clear_a_wall_is_refused():
+    robot = load_robot("anymal_c")
+    optimizer, plan = SwingOptimizer(robot), uneven_plan(robot, swings=1, step=0.4, legs=((Leg.LF,),))
+    result = optimizer.optimize(optimizer.model.nominal_state(), plan, ground=wall_across(robot, plan, 0.4))
+    assert not result.success and "cm of ground" in result.refused.reason
+
+
+def test_failed_optimisation_leaves_no_motion():
     robot = load_robot("anymal_c")
     config = SwingOptimizerConfig(max_iterations=1, max_violation=0.0, tolerance=1e-12)
     optimizer = SwingOptimizer(robot, config)
     result = optimizer.optimize(optimizer.model.nominal_state(), uneven_plan(robot, swings=2))
-    assert result.success and result.fallbacks == 2
-    assert [report.status for report in result.reports] == ["kinematic", "kinematic"]
+    assert not result.success and not result.reports[0].used
+    assert "swing 1 (RF+LH): optimisation failed" in result.reason
 
 
 def test_target_is_sampled_when_the_nominal_pose_does_not_reach():

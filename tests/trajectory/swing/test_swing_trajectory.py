@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.trajectory.swing.ground_profile import ground_profile
+from quadpips_drake.trajectory.swing.ground_profile import KnownGround, ground_profile
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig, SwingSpline
-from quadpips_drake.values.regions import PlanarRegion
+from quadpips_drake.values.regions import GroundHeights, PlanarRegion
 
 P0, P1 = np.array([0.1, 0.2, 0.03]), np.array([0.45, 0.15, 0.13])
 UP = np.array([0.0, 0.0, 1.0])
@@ -106,3 +106,72 @@ def test_level_ground_does_not_change_a_swing(spline):
     plain, checked = (SwingSpline(P0, level, 0.0, 0.4, profile=profile) for profile in (None, np.full(25, P0[2])))
     times = np.linspace(0.0, 0.4, 50)
     np.testing.assert_array_equal(plain.sample(times), checked.sample(times))
+
+
+def ground_of(top, x_range=(-0.3, 1.0), y_range=(-0.5, 0.5), cell=0.01) -> GroundHeights:
+    """Heights on a grid as the function ``top(x, y)`` of arrays gives them."""
+    x, y = (np.arange(low + cell / 2, high, cell) for low, high in (x_range, y_range))
+    corner = np.array([x_range[0], y_range[0]])
+    return GroundHeights(0.0, corner, cell, top(x[:, None], y[None, :]).astype(np.float32))
+
+
+def barrier(x, y):
+    """12 cm high and 4 cm thick, across the way."""
+    return np.where(np.abs(x - 0.2) < 0.02, 0.12, 0.0) + 0.0 * y
+
+
+def pegs(x, y):
+    """Columns of 10 cm with gaps of 6 cm; every other one is 5 cm higher."""
+    i, j = np.floor(x / 0.16), np.floor(y / 0.16)
+    on_top = (x - 0.16 * i < 0.10) & (y - 0.16 * j < 0.10)
+    return np.where(on_top, 0.05 * ((i + j) % 2), -0.30)
+
+
+def rubble(x, y):
+    """Boxes of 20 cm, each as high as chance has it, up to 8 cm."""
+    heights = np.random.default_rng(3).uniform(0.0, 0.08, (20, 20))
+    return heights[np.floor(x / 0.2).astype(int) % 20, np.floor(y / 0.2).astype(int) % 20]
+
+
+@pytest.mark.parametrize(("world", "start", "end"), [
+    (barrier, (0.0, 0.0), (0.4, 0.0)),
+    (barrier, (0.1, -0.05), (0.32, 0.1)),
+    (pegs, (0.05, 0.05), (0.37, 0.05)),
+    (pegs, (0.05, 0.05), (0.37, 0.21)),
+    (rubble, (0.05, 0.1), (0.45, -0.05)),
+    (rubble, (0.45, 0.1), (0.1, 0.12)),
+])  # fmt: skip
+def test_swings_clear_all_that_stands_about(world, start, end):
+    radius, heights = 0.03, ground_of(world)
+
+    def surface(x, y):
+        return float(world(np.array([[x]]), np.array([[y]]))[0, 0])
+
+    p0, p1 = (np.array([x, y, surface(x, y) + radius]) for x, y in (start, end))
+    spline = SwingSpline(p0, p1, 0.0, 0.4, profile=KnownGround((), heights).profile(p0, p1, radius))
+    sphere = np.array([[x, y] for x in np.linspace(-1, 1, 21) for y in np.linspace(-1, 1, 21) if x * x + y * y <= 1.0])
+    depth = 0.0
+    for point in spline.position(np.linspace(0.02, 0.38, 60)):
+        for across in radius * sphere:
+            bottom = point[2] - np.sqrt(max(radius**2 - across @ across, 0.0))
+            depth = max(depth, surface(*(point[:2] + across)) - bottom)
+    assert depth < 0.01
+    assert spline.position(np.linspace(0, 0.4, 50))[:, 2].max() < max(p0[2], p1[2]) + 0.25
+
+
+def test_ground_that_the_map_knows_counts_more_than_planes_of_regions():
+    radius, flat = 0.03, ground_of(lambda x, y: 0.0 * x * y)
+    slope = square_region([0.0, 0.0, 0.02])  # reaches over the edge of what it stands for
+    p0, p1 = np.array([0.0, 0.0, radius]), np.array([0.35, 0.0, radius])
+    assert KnownGround((slope,)).profile(p0, p1, radius).max() > radius + 0.01
+    np.testing.assert_allclose(KnownGround((slope,), flat).profile(p0, p1, radius), radius, atol=1e-6)
+    np.testing.assert_allclose(KnownGround((), GroundHeights.empty()).profile(p0, p1, radius), radius)
+
+
+def test_an_apex_does_not_rise_for_what_it_cannot_clear():
+    """A map that is 1.5 cm too high beside the foot, as a plane that overshoots the end of a ramp is."""
+    profile = np.full(25, P0[2])
+    profile[1:4] += 0.015
+    level = P0 + np.array([0.4, 0.0, 0.0])
+    spline = SwingSpline(P0, level, 0.0, 0.4, profile=profile)
+    assert spline.apex_height < 0.12

@@ -1,9 +1,9 @@
 """Terrain files: YAML in and out.
 
 A file holds `name`, `start` [x, y, yaw], `goal` [x, y], `friction`, and lists `boxes` (size, xyz, rpy), `cylinders`
-(radius, length, xyz, rpy) and `meshes` (path of an .obj file relative to the YAML file, scale, xyz, rpy); an element may
-have a `name` and a `label`. Files come from anywhere, so everything is checked, and what is wrong is said with file, key
-and reason.
+(radius, length, xyz, rpy), `spheres` (radius, xyz) and `meshes` (path of an .obj file relative to the YAML file, scale, xyz,
+rpy); an element may have a `name` and a `label`. Files come from anywhere, so everything is checked, and what is wrong is
+said with file, key and reason.
 """
 
 import math
@@ -14,15 +14,25 @@ import yaml
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.plain_yaml import read_yaml
-from quadpips_drake.terrain.mesh_file import read_obj
-from quadpips_drake.terrain.terrain import DEFAULT_FRICTION, MAX_ELEMENTS, Box, Cylinder, Element, Mesh, Terrain, pose
+from quadpips_drake.terrain.files.mesh_file import read_obj
+from quadpips_drake.terrain.terrain import (
+    DEFAULT_FRICTION,
+    MAX_ELEMENTS,
+    Box,
+    Cylinder,
+    Element,
+    Mesh,
+    Sphere,
+    Terrain,
+    pose,
+)
 from quadpips_drake.values.steppability import Steppability
 
 MAX_NAME_LENGTH = 100
 LABELS = {label.name.lower(): label for label in Steppability}
 
 _COMMON_KEYS = {"name", "label", "xyz", "rpy"}
-_ELEMENT_KEYS = {"boxes": {"size"}, "cylinders": {"radius", "length"}, "meshes": {"path", "scale"}}
+_ELEMENT_KEYS = {"boxes": {"size"}, "cylinders": {"radius", "length"}, "spheres": {"radius"}, "meshes": {"path", "scale"}}
 _TOP_KEYS = {"name", "start", "goal", "friction", *_ELEMENT_KEYS}
 
 
@@ -63,6 +73,9 @@ def _element_entry(element: Element) -> tuple[str, dict]:
     elif isinstance(element, Cylinder):
         key = "cylinders"
         entry |= {"radius": float(element.radius), "length": float(element.length)}
+    elif isinstance(element, Sphere):
+        key = "spheres"
+        entry["radius"] = float(element.radius)
     else:
         key = "meshes"
         if not element.path:
@@ -96,7 +109,7 @@ class _FileReader:
         for kind in _ELEMENT_KEYS:
             elements += self.elements(kind, data.get(kind, []), MAX_ELEMENTS - len(elements))
         if not elements:
-            raise self.error("boxes", "no boxes, cylinders or meshes: there is nothing to stand on")
+            raise self.error("boxes", "no boxes, cylinders, spheres or meshes: there is nothing to stand on")
         name = self.text("name", data.get("name", Path(self.path).stem))
         friction = self.number("friction", data.get("friction", DEFAULT_FRICTION))
         start, goal = self.vector("start", start, 3), self.vector("goal", goal, 2)
@@ -135,6 +148,8 @@ class _FileReader:
             if kind == "cylinders":
                 radius, length = (self.number(f"{key}.{name}", entry[name]) for name in ("radius", "length"))
                 return Cylinder(radius=radius, length=length, **common)
+            if kind == "spheres":
+                return Sphere(radius=self.number(f"{key}.radius", entry["radius"]), **common)
             return self.mesh(key, entry, common)
         except UserInputError as error:
             if str(error).startswith("terrain file"):

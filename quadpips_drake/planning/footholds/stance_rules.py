@@ -1,0 +1,209 @@
+"""Which stances are permitted: distinct footholds, stance stability, forward facing, reach, legs apart, balance.
+
+The constraints of QuadPiPS section VI-C (eqs. 16-17) as numba kernels, and what they need to know of robot and settings.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from quadpips_drake.math.rotations import rotation_from_rpy
+from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
+from quadpips_drake.planning.nominal_pose import to_frame
+from quadpips_drake.robots.leg_shapes import LegShapes, leg_gap
+from quadpips_drake.robots.reachability import LegChains, in_leg_workspace, leg_chains
+from quadpips_drake.robots.stance_limits import StanceLimits, stance_limits
+from quadpips_drake.values.legs import Leg
+
+REJECTIONS = (
+    "feet too close together",
+    "stance stability",
+    "facing backward",
+    "out of a leg's workspace",
+    "legs too close together",
+    "out of balance",
+)
+"""Why a combination of footholds is refused, in the order of the tests."""
+
+_USUAL = 0.9  # feet at least this fraction of their nominal distance apart: the legs do not touch
+
+
+class TransitionModel(NamedTuple):
+    """Robot and settings as the kernels need them."""
+
+    chains: LegChains
+    shapes: LegShapes
+    limits: StanceLimits
+    foot_radius: float
+    base_height: float
+    nominal: np.ndarray
+    """Nominal ground points under the base, in the frame of its yaw [m], (4, 2)."""
+    reach_centers: np.ndarray
+    """Centres of the superquadrics in B [m], (4, 3)."""
+    reach_semi_axes: np.ndarray
+    reach_exponents: np.ndarray
+    use_centers: bool
+    candidates_per_leg: int
+    inward_pull: float
+    leg_clearance: float
+    max_extension: float
+    max_swing: float
+    max_rise: float
+    length_tolerance: float
+    max_support_distance: float
+    max_tilt: float
+    max_yaw_step: float
+    preferred_swing: float
+    yaw_weight: float
+    step_weight: float
+    stance_weight: float
+    stance_slack: float
+    support_weight: float
+    twist_weight: float
+    rise_weight: float
+
+
+def make_transition_model(robot, config: FootholdConfig) -> TransitionModel:
+    """Collects what the kernels need of a RobotModel and the configuration."""
+    feet = np.asarray(robot.nominal_footholds_B, dtype=float)
+    outward = np.array([[1.0, leg.side, 1.0] for leg in Leg])
+    copied = {name: getattr(config, name) for name in TransitionModel._fields if hasattr(config, name)}
+    copied["reach_semi_axes"] = np.array(config.reach_semi_axes, dtype=float)
+    copied["reach_exponents"] = np.array(config.reach_exponents, dtype=float)
+    copied = {
+        name: float(value) if isinstance(value, int) and name != "candidates_per_leg" else value
+        for name, value in copied.items()
+    }  # numba compiles once for each combination of types
+    return TransitionModel(
+        chains=leg_chains(robot),
+        shapes=robot.leg_shapes,
+        limits=stance_limits(robot, float(config.max_extension)),
+        foot_radius=float(robot.foot_radius),
+        base_height=float(robot.nominal_base_height),
+        nominal=np.ascontiguousarray(feet[:, :2]),
+        reach_centers=feet + outward * np.array(config.reach_offset, dtype=float),
+        leg_clearance=float(robot.leg_clearance),
+        use_centers=config.candidate == "center",
+        **copied,
+    )
+
+
+@njit(cache=True)
+def stance_deviation(feet, p_WB, yaw, nominal, slack):
+    """Returns the sum over the legs of the squared distance between a foot and its nominal place under the base [m^2].
+
+    Forward and backward the first ``slack`` [m] are free: in mid-walk one pair of feet is always ahead of the other.
+    """
+    c, s = np.cos(yaw), np.sin(yaw)
+    total = 0.0
+    for leg in range(4):
+        dx, dy = feet[leg, 0] - p_WB[0], feet[leg, 1] - p_WB[1]
+        ahead = max(0.0, abs(c * dx + s * dy - nominal[leg, 0]) - slack)
+        aside = -s * dx + c * dy - nominal[leg, 1]
+        total += ahead * ahead + aside * aside
+    return total
+
+
+@njit(cache=True)
+def distance_between(a, i, b, j):
+    """Distance between row i of ``a`` and row j of ``b``, both (n, 3)."""
+    return np.sqrt((a[i, 0] - b[j, 0]) ** 2 + (a[i, 1] - b[j, 1]) ** 2 + (a[i, 2] - b[j, 2]) ** 2)
+
+
+@njit(cache=True)
+def _is_stable(feet, p_WB, R_WB, model):
+    """Stance stability, eqs. 16-17: widths and lengths of the stance in the base frame, within what the robot can do.
+
+    Lengths are besides bounded about the nominal one, as in the paper.
+    """
+    nominal, limits = model.nominal, model.limits
+    x = np.empty(4)
+    y = np.empty(4)
+    for leg in range(4):
+        x[leg], y[leg], _ = to_frame(R_WB, p_WB, feet[leg, 0], feet[leg, 1], feet[leg, 2])
+    for left in (0, 2):
+        if not limits.min_width <= y[left] - y[left + 1] <= limits.max_width:
+            return False
+    for fore in (0, 1):
+        length, ideal = x[fore] - x[fore + 2], nominal[fore, 0] - nominal[fore + 2, 0]
+        if abs(length - ideal) >= model.length_tolerance or not limits.min_length <= length <= limits.max_length:
+            return False
+    return True
+
+
+@njit(cache=True)
+def _legs_touch(centers, model):
+    """Whether neighbouring legs with their feet at ``centers`` (4, 3) in B are nearer than ``leg_clearance``.
+
+    Pairs whose feet are about as far apart as in the nominal stance are not looked at.
+    """
+    for i, j in ((0, 1), (2, 3), (0, 2), (1, 3)):
+        ideal = np.hypot(model.nominal[i, 0] - model.nominal[j, 0], model.nominal[i, 1] - model.nominal[j, 1])
+        near = _USUAL * ideal
+        dx, dy = centers[i, 0] - centers[j, 0], centers[i, 1] - centers[j, 1]
+        if dx * dx + dy * dy >= near * near:
+            continue
+        if leg_gap(i, centers[i], j, centers[j], model.chains, model.shapes) < model.leg_clearance:
+            return True
+    return False
+
+
+@njit(cache=True)
+def refusal(feet, normals, p_WB, rpy_WB, facing, waypoint_yaw, model):
+    """Returns -1 for a permitted stance, else the index in REJECTIONS of the first constraint that it breaks.
+
+    ``facing`` is the cosine between the yaw before and the waypoint's: a robot that has to turn round may face backward
+    as long as it does not turn further away (the paper demands facing forward outright).
+    """
+    r = model.foot_radius
+    for i in range(4):
+        for j in range(i):
+            if distance_between(feet, i, feet, j) < 2.0 * r + model.leg_clearance:
+                return 0
+    R_WB = rotation_from_rpy(rpy_WB)
+    if not _is_stable(feet, p_WB, R_WB, model):
+        return 1
+    cosine = np.cos(rpy_WB[2] - waypoint_yaw)
+    if cosine <= 0.0 and cosine < facing - 1e-9:
+        return 2
+    centers = np.empty((4, 3))
+    for leg in range(4):
+        x, y, z = to_frame(
+            R_WB,
+            p_WB,
+            feet[leg, 0] + r * normals[leg, 0],
+            feet[leg, 1] + r * normals[leg, 1],
+            feet[leg, 2] + r * normals[leg, 2],
+        )
+        if not in_leg_workspace(leg, x, y, z, model.chains, model.max_extension):
+            return 3
+        centers[leg, 0], centers[leg, 1], centers[leg, 2] = x, y, z
+    if _legs_touch(centers, model):
+        return 4
+    return -1
+
+
+@njit(cache=True)
+def support_distance(feet, swinging, x, y):
+    """Returns the horizontal distance [m] from (x, y) to the segment or triangle of the feet that stay on the ground.
+
+    It is what makes a robot fall during a swing: an inverted pendulum of height h, at rest d beside its support, is
+    d (cosh(t sqrt(g / h)) - 1) further away after the time t, that is almost 2 d after 0.4 s at h = 0.6 m.
+    """
+    legs = np.empty(4, dtype=np.int64)
+    n = 0
+    for leg in (0, 1, 3, 2):  # around the robot
+        if not swinging[leg]:
+            legs[n] = leg
+            n += 1
+    nearest = np.inf
+    inside = n > 2
+    for i in range(n):
+        a, b = legs[i], legs[(i + 1) % n]
+        ex, ey = feet[b, 0] - feet[a, 0], feet[b, 1] - feet[a, 1]
+        px, py = x - feet[a, 0], y - feet[a, 1]
+        t = min(1.0, max(0.0, (px * ex + py * ey) / max(ex * ex + ey * ey, 1e-12)))
+        nearest = min(nearest, np.hypot(px - t * ex, py - t * ey))
+        inside = inside and ex * py - ey * px <= 0.0  # the feet are in clockwise order
+    return 0.0 if inside else nearest

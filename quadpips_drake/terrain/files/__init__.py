@@ -1,0 +1,1 @@
+"""Terrains from files and into them: our YAML, the authors' JSON, meshes."""
