@@ -192,7 +192,8 @@ def check(settings) -> None:
     from quadpips_drake.terrain.library import load_terrain
 
     for course in settings.courses:
-        load_terrain(course.terrain)
+        for difficulty in settings.difficulties or [None]:
+            load_terrain(course.terrain, difficulty=difficulty)
     kinds = {(spec.robot, spec.planner, spec.difficulty): spec for spec in settings.trial_specs()}
     for spec in kinds.values():
         config_of(spec, settings)

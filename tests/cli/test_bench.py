@@ -17,6 +17,8 @@ BAD_INPUT = [
     (["--set", "sead=3"], ["unknown key 'sead'"]),
     (["--set", "seed=3"], ["--set seed=3", "options of its own"]),
     (["--difficulty", "0.3:0.1:4"], ["--difficulty '0.3:0.1:4'", "LOW:HIGH:N"]),
+    (["--terrain", "flat", "--difficulty", "0.1:0.3:2"], ["terrain 'flat' has no difficulty"]),
+    (["--terrain", "gap", "--difficulty", "0.1:9:2"], ["difficulty of terrain 'gap'", "not 9"]),
     (["--trials", "0"], ["--trials"]),
     (["--trials", "100001"], ["trials", "100000"]),
     (["--duration", "-1"], ["duration"]),
