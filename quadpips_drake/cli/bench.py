@@ -192,7 +192,8 @@ def check(settings) -> None:
     from quadpips_drake.terrain.library import load_terrain
 
     for course in settings.courses:
-        load_terrain(course.terrain)
+        for difficulty in settings.difficulties or [None]:
+            load_terrain(course.terrain, difficulty=difficulty)
     kinds = {(spec.robot, spec.planner, spec.difficulty): spec for spec in settings.trial_specs()}
     for spec in kinds.values():
         config_of(spec, settings)
@@ -248,7 +249,7 @@ def _run_all(settings, journal, recorded, pool, run: Callable, recordings: str) 
         work.run_missing(settings, journal, pool, progress, run, recorded.keep if recordings == "all" else None)
     missing = recorded.missing(settings, journal.entries) if recordings != "none" else []
     if missing:
-        console.messages.print(f"running {len(missing)} failed trials again, for their recordings")
+        console.messages.print(f"failed trials are run again for their recordings: {len(missing)}")
         with BenchProgress(console.messages, [], len(missing), "recordings") as progress:
             recorded.add_missing(settings, journal.entries, pool, progress, run)
 
@@ -278,5 +279,5 @@ def _say_scores(rows: list[dict]) -> None:
 def _status(rows: list[dict]) -> int:
     errors = sum(row["reason"] == "error" for row in rows)
     if errors:
-        console.messages.print(f"{errors} trials ended in an error of the program, see the failures in the summary")
+        console.messages.print(f"trials that ended in an error of the program: {errors}, see the failures in the summary")
     return console.FAILURE if errors else console.SUCCESS

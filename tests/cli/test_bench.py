@@ -5,6 +5,7 @@ import pytest
 
 from quadpips_drake.benchmark.bench.bench import JOURNAL
 from quadpips_drake.trials.result_directory import ResultDirectory
+from tests.benchmark.bench import fake_trials
 from tests.cli.test_run import quadpips
 
 BAD_INPUT = [
@@ -16,6 +17,8 @@ BAD_INPUT = [
     (["--set", "sead=3"], ["unknown key 'sead'"]),
     (["--set", "seed=3"], ["--set seed=3", "options of its own"]),
     (["--difficulty", "0.3:0.1:4"], ["--difficulty '0.3:0.1:4'", "LOW:HIGH:N"]),
+    (["--terrain", "flat", "--difficulty", "0.1:0.3:2"], ["terrain 'flat' has no difficulty"]),
+    (["--terrain", "gap", "--difficulty", "0.1:9:2"], ["difficulty of terrain 'gap'", "not 9"]),
     (["--trials", "0"], ["--trials"]),
     (["--trials", "100001"], ["trials", "100000"]),
     (["--duration", "-1"], ["duration"]),
@@ -44,6 +47,22 @@ def test_two_benches_do_not_write_into_one_folder(tmp_path):
         status, _, errors = quadpips("bench", "--terrain", "flat", "--out", tmp_path)
     assert status == 2
     assert "another process is writing" in errors
+
+
+def test_errors_of_the_program_show_in_the_exit_status(tmp_path, monkeypatch):
+    monkeypatch.setattr("quadpips_drake.benchmark.bench.bench_trial.run_bench_trial", fake_trials.refused)
+    monkeypatch.setattr("quadpips_drake.cli.bench.compile_kernels", lambda: True)
+    what = ("bench", "--terrain", "flat", "--workers", "1", "--out", tmp_path)
+    status, said, errors = quadpips(*what, "--trials", "3", "--seed", "1")
+    assert status == 0, errors
+    assert "anymal_c flat quadpips: 2 of 3 (0.21 to 0.94)" in said
+    assert "[3/3] anymal_c flat quadpips seed 3: fell after 13.0 s: roll" in errors
+    assert "failed trials are run again for their recordings: 1" in errors
+    assert "[recording](recordings/anymal_c-flat-quadpips-3.html)" in (tmp_path / "summary.md").read_text()
+    status, _, errors = quadpips(*what[:-1], tmp_path / "errors", "--trials", "1", "--seed", "5")
+    assert status == 1
+    assert "trials that ended in an error of the program: 1" in errors
+    assert "there is no ground under the start" in (tmp_path / "errors" / "summary.md").read_text()
 
 
 @pytest.mark.slow

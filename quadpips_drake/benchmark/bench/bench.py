@@ -46,20 +46,21 @@ class Onlooker(Protocol):
 def claim(settings: BenchSettings, folder: Path, *, resume: bool) -> None:
     """Takes ``folder`` for a bench with these settings: writes them there, or finds the same ones.
 
+    Settings of a bench of which no trial is over are replaced.
+
     Raises:
         UserInputError: the folder holds another bench, or this one and it is not to be resumed.
     """
-    found = load_settings(folder)
-    if found is None:
-        if (folder / JOURNAL).exists():
-            raise UserInputError(f"--out {folder}: holds {JOURNAL} without {SETTINGS}; give another directory")
+    found, done = load_settings(folder), len(read_journal(folder / JOURNAL)[0])
+    if found is None and (folder / JOURNAL).exists():
+        raise UserInputError(f"--out {folder}: holds {JOURNAL} without {SETTINGS}; give another directory")
+    if not done:
         save_settings(settings, folder)
         return
     difference = first_difference(settings, found)
     if difference:
         raise UserInputError(f"--out {folder}: holds a bench with other settings ({difference}); give another directory")
     if not resume:
-        done = len(read_journal(folder / JOURNAL)[0])
         raise UserInputError(
             f"--out {folder}: holds this bench already, {done} of {len(settings.trial_specs())} trials; "
             "add --resume to go on with it, or give another directory"

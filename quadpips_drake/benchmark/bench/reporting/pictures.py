@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from quadpips_drake.benchmark.bench.reporting.published import GOALS_REACHED, ROBOT, TRIALS
 from quadpips_drake.benchmark.bench.reporting.summary import stage_timings
-from quadpips_drake.benchmark.bench.reporting.sweep import sweeps_of
+from quadpips_drake.benchmark.bench.reporting.sweep import difficulty_title, sweeps_of
 from quadpips_drake.benchmark.bench.scores import grouped, score_of
 
 DPI = 90
@@ -116,7 +116,7 @@ def difficulty_figure(rows: list[dict]) -> Figure:
             if half is not None:
                 axes.plot(half, 0.5, "D", color=f"C{k}", markeredgecolor="black", markersize=7)
         axes.axhline(0.5, color="0.6", linewidth=0.8)
-        axes.set(ylim=(-0.04, 1.04), xlabel="difficulty", ylabel="goals reached")
+        axes.set(ylim=(-0.04, 1.04), xlabel=difficulty_title(terrain), ylabel="goals reached")
         axes.set_title(Path(terrain).stem, fontsize="medium", loc="left")
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small", loc="best")
