@@ -74,7 +74,7 @@ class FootholdConfig(StageConfig):
     """Cost of turning [m/rad]: with the travelled distance [m] it is what the search minimises."""
     step_weight: float = ranged(0.02, 0.0, 1000.0)
     """Cost of one foot's swing of the preferred length [m]."""
-    stance_weight: float = ranged(4.0, 0.0, 1000.0)
+    stance_weight: float = ranged(6.0, 0.0, 1000.0)
     """Cost of a foot away from its nominal place under the base, squared [1/m]."""
     stance_slack: float = ranged(0.08, 0.0, 5.0)
     """Deviation forward or backward that costs nothing, because a stance in mid-walk has it anyway [m]."""

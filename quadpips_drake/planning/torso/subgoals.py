@@ -92,19 +92,19 @@ def _novelty(pose, viewpoints, glances, distance, origin, resolution, view_range
 
 @njit(cache=True, nogil=True)
 def _best(order, scores, nearer, poses, viewpoints, glances, distance, origin, resolution, view, min_novelty, weight):
-    """Returns the index of the best pose and its score; -1 when none is good. ``order`` sorts ``scores`` ascending."""
+    """Returns the index of the best pose, -1 when none is good. ``order`` sorts ``scores`` ascending."""
     best, best_score = -1, np.inf
     for i in range(len(order)):
         k = order[i]
         if scores[k] >= best_score:
             break
+        if nearer[k]:  # on the way: no reason to look round
+            return k
         novelty = _novelty(poses[k], viewpoints, glances, distance, origin, resolution, view[0], view[1])
-        if novelty < min_novelty and not nearer[k]:
-            continue
         score = scores[k] + weight * (1.0 - novelty)
-        if score < best_score:
+        if novelty >= min_novelty and score < best_score:
             best, best_score = k, score
-    return best, best_score
+    return best
 
 
 def _times_tried(poses, tried) -> np.ndarray:
@@ -120,8 +120,8 @@ def choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration: Exploration
     """Returns the pose (position * m + yaw index) to go to instead of the goal; -1 if there is nothing left to try.
 
     Among the poses in reach, that with the least ``way_weight`` times the cost of the way, plus its distance from the goal,
-    plus the turn towards it (weighted), plus ``novelty_weight`` times what its view lacks in new places. It must be nearer
-    to the goal than any viewpoint so far by ``min_progress``, or its view must be new by ``min_novelty``.
+    plus the turn towards it (weighted). It must be nearer to the goal than any viewpoint so far by ``min_progress``, or its
+    view must be new by ``min_novelty``; in the latter case what it lacks in new places costs ``novelty_weight`` times as much.
 
     Args:
         yaw: the robot's.
@@ -143,7 +143,7 @@ def choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration: Exploration
     if exploration.detour >= config.max_detour:
         return -1
     scores += _RETRIAL * _times_tried(poses, exploration.tried)
-    best, _ = _best(
+    best = _best(
         np.argsort(scores, kind="stable"), scores, nearer, np.ascontiguousarray(poses), exploration.viewpoints, _GLANCES,
         support.distance, support.origin, support.resolution, np.array([config.view_range, config.view_half_angle]),
         config.min_novelty, config.novelty_weight,
