@@ -150,6 +150,8 @@ class FootholdPlan(ImmutableValue):
     """Whether the wall-clock limit cut the search short."""
     start: PlanStart | None = None
     """That of the request: where ``stances[0]`` comes from."""
+    gait_reason: str = ""
+    """Why the gait is not the usual one."""
 
     @staticmethod
     def empty() -> "FootholdPlan":
