@@ -64,6 +64,23 @@ def touching_links(results: ContactResults, geometries: ContactGeometries) -> li
     return links
 
 
+def touches(results: ContactResults, geometries: ContactGeometries, others: set[GeometryId]) -> bool:
+    """Whether any part of the robot, feet included, touches one of the ``others``."""
+    for i in range(results.num_point_pair_contacts()):
+        pair = results.point_pair_contact_info(i).point_pair()
+        for own, other in ((pair.id_A, pair.id_B), (pair.id_B, pair.id_A)):
+            if other in others and (own in geometries.feet or own in geometries.body):
+                return True
+    return False
+
+
+def overlaps(query: QueryObject, geometries: ContactGeometries, others: set[GeometryId]) -> bool:
+    """Whether any part of the robot, feet included, is inside one of the ``others`` where everything is now."""
+    own = {*geometries.feet, *geometries.body}
+    pairs = query.ComputePointPairPenetration()
+    return any({pair.id_A, pair.id_B} & own and {pair.id_A, pair.id_B} & others for pair in pairs)
+
+
 def deepest_overlap(query: QueryObject, geometries: ContactGeometries, foot_radius: float) -> tuple[str, str, float] | None:
     """Returns which link is deepest inside something that is not the robot: its name, the other shape's, the depth [m].
 
