@@ -64,14 +64,16 @@ def touching_links(results: ContactResults, geometries: ContactGeometries) -> li
     return links
 
 
-def touches(results: ContactResults, geometries: ContactGeometries, others: set[GeometryId]) -> bool:
-    """Whether any part of the robot, feet included, touches one of the ``others``."""
+def links_that_touch(results: ContactResults, geometries: ContactGeometries, others: set[GeometryId]) -> list[str]:
+    """Returns the links, feet as "<leg>_foot", that touch one of the ``others``; each once."""
+    links = []
     for i in range(results.num_point_pair_contacts()):
         pair = results.point_pair_contact_info(i).point_pair()
         for own, other in ((pair.id_A, pair.id_B), (pair.id_B, pair.id_A)):
-            if other in others and (own in geometries.feet or own in geometries.body):
-                return True
-    return False
+            link = f"{Leg(geometries.feet[own]).name}_foot" if own in geometries.feet else geometries.body.get(own)
+            if other in others and link and link not in links:
+                links.append(link)
+    return links
 
 
 def overlaps(query: QueryObject, geometries: ContactGeometries, others: set[GeometryId]) -> bool:

@@ -36,6 +36,8 @@ class TrialResult:
     timings_ms: dict = field(default_factory=dict)
     replans: int = 0
     fallbacks: dict = field(default_factory=dict)
+    events: dict = field(default_factory=dict)
+    """How often what called for another plan, or for a halt: {name: count}."""
     footholds: dict = field(default_factory=lambda: {"planned": 0, "slipped": 0, "missed": 0})
     clearance: dict = field(default_factory=dict)
     """Of the swings of a run: whether they were feasible and how they cleared the terrain, see ``swing_statistics``."""

@@ -144,6 +144,7 @@ class Trial(SimulatedTrial):
             planner=self.config.planner,
             distance_to_goal=round(self.judge.distance_to_goal(observation.robot_state), 4),
             replans=status.replans,
+            events={**status.events, **observation.instabilities},
             spawned=self._spawner.plain(),
             fallbacks={**status.fallbacks, **observation.fallbacks},
             **more,

@@ -81,12 +81,12 @@ def test_the_robot_touches_it_from_its_time_on():
     spawner.advance(context, 0.1, NOTHING)
     box = spawns[0].elements[0].X_WE.copy()
     spawner.watch(context, 0.1)
-    assert spawner.plain() == [{"what": spawns[0].text, "at": 0.1, "noticed": None, "touched": False}]
+    assert spawner.plain() == [{"what": spawns[0].text, "at": 0.1, "noticed": None, "touched": False, "touched_by": []}]
     box[2, 3] = 0.35  # from far above to where the body is
     station.let_appear(context, 0, box)
     simulator.AdvanceTo(0.2)
     spawner.watch(context, 0.2)
-    assert spawner.plain()[0]["touched"]
+    assert spawner.plain()[0]["touched"] and "base" in spawner.plain()[0]["touched_by"]
 
 
 def test_nothing_appears_inside_the_robot(world):

@@ -6,7 +6,7 @@ import numpy as np
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.ports import output_names, output_of
-from quadpips_drake.sensing.contact_sensing import overlaps, touches
+from quadpips_drake.sensing.contact_sensing import links_that_touch, overlaps
 from quadpips_drake.terrain.appearing.appearances import Appearance, parse_appearance
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
@@ -43,7 +43,8 @@ class _Spawned:
         self.at: float | None = None
         """When it appeared [s]; None: not yet."""
         self.noticed: float | None = None
-        self.touched = False
+        self.touched_by: list[str] = []
+        """Links and feet that have touched it, in the order in which they did."""
         self.geometries: set = set()
         self.terrain: Terrain | None = None
         """Its elements alone, where they appeared."""
@@ -58,7 +59,13 @@ class _Spawned:
     def plain(self) -> dict:
         """For result.json."""
         at, noticed = (None if t is None else round(t, 3) for t in (self.at, self.noticed))
-        return {"what": self.spawn.text, "at": at, "noticed": noticed, "touched": self.touched}
+        return {
+            "what": self.spawn.text,
+            "at": at,
+            "noticed": noticed,
+            "touched": bool(self.touched_by),
+            "touched_by": self.touched_by,
+        }
 
 
 class Spawner:
@@ -90,7 +97,8 @@ class Spawner:
             return
         results = self._diagram.GetOutputPort("contact_results").Eval(context)
         for spawned in there:
-            spawned.touched |= touches(results, self._station.contact_geometries, spawned.geometries)
+            links = links_that_touch(results, self._station.contact_geometries, spawned.geometries)
+            spawned.touched_by += [link for link in links if link not in spawned.touched_by]
             if spawned.noticed is None and self._is_noticed(spawned, context):
                 spawned.noticed = time
 
