@@ -116,11 +116,14 @@ class SimulatedTrial:
         """The verdict when nothing else has ended the trial."""
         raise NotImplementedError
 
-    def run(self, progress: Callable[[float], None] | None = None) -> Verdict:
+    def run(
+        self, progress: Callable[[float], None] | None = None, look: Callable[["SimulatedTrial"], None] | None = None
+    ) -> Verdict:
         """Simulates until the verdict; whatever goes wrong inside becomes a verdict too.
 
         Args:
             progress: called with the simulated time [s] now and then.
+            look: called with this trial at each sample.
 
         Raises:
             KeyboardInterrupt: the program was interrupted; the verdict says so.
@@ -132,6 +135,8 @@ class SimulatedTrial:
             ticks = 0
             while self.verdict is None:
                 self.verdict = self.sample()
+                if look is not None:
+                    look(self)
                 if self.verdict is None and ticks * step >= self.config.duration:
                     self.verdict = self.time_is_up()
                 if self.verdict is None:

@@ -55,6 +55,10 @@ class TorsoPath(ImmutableValue):
     """Empty when a path was found; else why not."""
     start: PlanStart | None = None
     """That of the request."""
+    nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Positions of the base over which the search had poses with ground for all legs [m], (k, 3)."""
+    reached: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    """Whether it came to each of them, bool (k,)."""
 
     @staticmethod
     def empty() -> "TorsoPath":
@@ -142,6 +146,10 @@ class FootholdPlan(ImmutableValue):
     """Whether the wall-clock limit cut the search short."""
     start: PlanStart | None = None
     """That of the request: where ``stances[0]`` comes from."""
+    considered: int = 0
+    """Stances that the search for this waypoint looked at [1]."""
+    refusals: dict = field(default_factory=dict)
+    """How many of them each constraint refused: {constraint: count}."""
 
     @staticmethod
     def empty() -> "FootholdPlan":

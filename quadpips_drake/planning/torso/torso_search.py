@@ -151,8 +151,8 @@ def _neighbours(positions: np.ndarray, config: TorsoConfig) -> tuple[np.ndarray,
     return offsets.astype(np.int64), np.concatenate([np.asarray(row, dtype=np.int64) for row in rows])
 
 
-def _failure(stamp, request_id, regions, reason: str) -> TorsoPath:
-    return TorsoPath(stamp, request_id, np.zeros((0, 4)), regions, reason)
+def _failure(stamp, request_id, regions, reason: str, **nodes) -> TorsoPath:
+    return TorsoPath(stamp, request_id, np.zeros((0, 4)), regions, reason, **nodes)
 
 
 def search_torso_path(
@@ -175,7 +175,7 @@ def search_torso_path(
         The path, its first pose the robot's own; without poses and with a reason when there is none.
     """
     p_WB, goal_xy = np.asarray(p_WB, dtype=float), np.asarray(goal_xy, dtype=float)
-    fail = lambda reason: _failure(regions.stamp, request_id, regions, reason)  # noqa: E731
+    fail = lambda reason, **nodes: _failure(regions.stamp, request_id, regions, reason, **nodes)  # noqa: E731
     usable = [r for r in regions.regions if may_carry_a_foot(r, config.max_slope)]
     if not usable:
         return fail("there are no steppable regions")
@@ -198,18 +198,19 @@ def search_torso_path(
     if not possible.any():
         return fail(f"nowhere do all four legs have ground within {config.leg_radius:g} m of their nominal footholds")
     goal_node = int(np.argmin(np.where(possible, goal_distance, np.inf)))
-    chain, reached = _search(lattice, offsets, neighbours, yaw, goal_node, yaw_to_goal, goal_distance, config)
+    chain, reached, closed = _search(lattice, offsets, neighbours, yaw, goal_node, yaw_to_goal, goal_distance, config)
+    nodes = {"nodes": lattice.positions[possible], "reached": closed.reshape(len(possible), -1).any(axis=1)[possible]}
     if not chain or (
         goal_distance[reached] > goal_distance[0] - config.min_progress and goal_distance[0] > config.goal_snap
     ):
-        return fail(_blocked(lattice, goal_node, goal_distance))
+        return fail(_blocked(lattice, goal_node, goal_distance), **nodes)
     end = goal_xy if has_goal and reached == len(lattice.positions) - 1 else None
     poses = join_path(p_WB, float(yaw), lattice.positions, lattice.yaws, chain, end, support, robot, config)
-    return TorsoPath(regions.stamp, request_id, poses, regions)
+    return TorsoPath(regions.stamp, request_id, poses, regions, **nodes)
 
 
 def _search(lattice, offsets, neighbours, yaw, goal_node, yaw_to_goal, goal_distance, config):
-    """Returns the chain of (position, yaw index) from the start, and the position that it ends at.
+    """Returns the chain of (position, yaw index) from the start, the position that it ends at, and which poses were visited.
 
     If the goal node is out of reach the search has visited everything in reach; the visited position nearest to the goal is
     then the end.
@@ -228,7 +229,7 @@ def _search(lattice, offsets, neighbours, yaw, goal_node, yaw_to_goal, goal_dist
     while found >= 0:
         chain.append(divmod(int(found), len(lattice.yaws)))
         found = parent[found]
-    return chain[::-1], chain[0][0]
+    return chain[::-1], chain[0][0], closed
 
 
 def _blocked(lattice: _Lattice, goal_node: int, goal_distance: np.ndarray) -> str:
