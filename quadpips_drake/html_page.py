@@ -45,6 +45,6 @@ def table(head: tuple[str, ...], rows: Iterable[tuple], text: tuple[int, ...] = 
 def picture(figure: Figure, alternative: str, dpi: int = 90) -> str:
     """A figure as an image in the page; ``alternative``: what it shows, in words."""
     data = io.BytesIO()
-    figure.savefig(data, dpi=dpi, format="png", metadata={"Software": None})
+    figure.savefig(data, dpi=dpi, format="png", bbox_inches="tight", metadata={"Software": None})
     encoded = base64.b64encode(data.getvalue()).decode()
     return f'<img alt="{escape(alternative)}" src="data:image/png;base64,{encoded}">'

@@ -5,7 +5,7 @@ that comes early to the touch, a missing touch-down to when it was due, what exc
 proof of a cause; the first one is where to look.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -96,6 +96,7 @@ def events_of(moments: LastMoments, bounds: Bounds = BOUNDS) -> list[Event]:
     events += _link_events(moments)
     events += _joint_events(moments, bounds) + _base_events(moments, bounds)
     events += [Event(time, "told", text) for time, text in moments.told]
+    events = [replace(event, time=float(event.time)) for event in events]
     return sorted(events, key=lambda event: event.time)  # a stable sort
 
 

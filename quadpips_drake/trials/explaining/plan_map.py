@@ -6,9 +6,11 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
+from scipy.spatial import cKDTree
 
 from quadpips_drake.trials.explaining.plan_stories import PlanStory
 from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.plans import TorsoPath
 from quadpips_drake.values.steppability import Steppability
 from quadpips_drake.visualization.colors import GOAL_COLOR, LEG_COLORS, REGION_COLORS, WAYPOINT_COLOR
 from quadpips_drake.visualization.terrain_picture import draw_terrain
@@ -85,6 +87,23 @@ def _draw_nodes(axes: Axes, story: PlanStory) -> None:
     nodes, reached = story.torso_path.nodes, story.torso_path.reached
     for name, mine in (("reached", reached), ("not reached", ~reached)):
         axes.plot(*nodes[mine][:, :2].T, ".", color=_NODE_COLORS[name], markersize=3.0, alpha=0.75, zorder=3)
+    _draw_gap(axes, story.torso_path)
+
+
+def _draw_gap(axes: Axes, path: TorsoPath) -> None:
+    """Of a search that failed: the shortest way from nodes that were reached to one that was not."""
+    reached, others = path.nodes[path.reached], path.nodes[~path.reached]
+    if path.success or len(reached) == 0 or len(others) == 0:
+        return
+    distances, nearest = cKDTree(reached[:, :2]).query(others[:, :2])
+    k = int(np.argmin(distances))
+    ends = np.array([reached[nearest[k], :2], others[k, :2]])
+    axes.plot(*ends.T, color=_NODE_COLORS["not reached"], linewidth=1.6, zorder=7)
+    text = f"{distances[k]:.2f} m between nodes"
+    axes.annotate(
+        text, ends.mean(axis=0), xytext=(0, 7), textcoords="offset points", ha="center", fontsize=8, zorder=7,
+        color=_NODE_COLORS["not reached"],
+    )  # fmt: skip
 
 
 def _draw_way(axes: Axes, story: PlanStory, view) -> None:

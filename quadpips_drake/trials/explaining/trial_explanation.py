@@ -29,11 +29,11 @@ def explanation_of(trial, explainer: Explainer, result: TrialResult) -> str:
     if explainer.problem:
         parts.append(f"<p><b>What follows ends early</b>, the looking broke off {escape(explainer.problem)}</p>")
     moments = explainer.moments and explainer.moments.moments(trial.robot, trial.terrain)
-    if not result.success and moments is not None:
-        parts.append(_end(moments, events_of(moments), result))
     stories = explainer.plans.stories
     if result.reason == "no_plan" and stories:
-        parts.append(_no_plan(stories[-1], result))
+        parts.append(_no_plan(stories[-1], trial, result))
+    if not result.success and moments is not None:
+        parts.append(_end(moments, events_of(moments), result))
     if stories:
         parts.append(_overview(stories, explainer.plans.left_out))
         configured = _configured_gait(trial.config)
@@ -57,6 +57,8 @@ def _outcome(result: TrialResult) -> str:
 
 def _end(moments: LastMoments, events: list[Event], result: TrialResult) -> str:
     """The section about the last moments of a failure."""
+    if not events and result.reason not in ("fell", "left_terrain"):
+        return f"<p>In the last {SPAN:g} s, nothing went wrong by the rules for falls.</p>"
     end = f"{result.reason.replace('_', ' ')} ({result.detail})" if result.detail else result.reason.replace("_", " ")
     first = next((k for k, event in enumerate(events) if event.kind != "told"), None)
     rows = ((k + 1, f"{event.time:.2f}", escape(event.kind), escape(event.text)) for k, event in enumerate(events))
@@ -70,7 +72,7 @@ def _end(moments: LastMoments, events: list[Event], result: TrialResult) -> str:
 where to look, no proof of the cause.</p></details>"""
 
 
-def _no_plan(story: PlanStory, result: TrialResult) -> str:
+def _no_plan(story: PlanStory, trial, result: TrialResult) -> str:
     """The section about a planner that gave up."""
     path, plan = story.torso_path, story.foothold_plan
     said = [("the planner gave up", result.detail)]
@@ -85,12 +87,12 @@ def _no_plan(story: PlanStory, result: TrialResult) -> str:
         red = path.nodes[~path.reached]
         near = np.hypot(*(red[:, :2] - story.request.goal).T).min()
         blocked = (
-            f"<p>In the map of <a href='#plan{story.request.id}'>plan {story.request.id}</a>, red nodes are poses with "
-            f"ground for all legs that no way leads to, the nearest of them {near:.2f} m from the goal: what blocks lies "
-            "between the blue and the red ones.</p>"
+            "<p>Red nodes are poses with ground for all legs that no way leads to, the nearest of them "
+            f"{near:.2f} m from the goal: what blocks lies between the blue and the red ones.</p>"
         )
     rows = ((escape(who), escape(what)) for who, what in said)
-    return f"<h2>Why there is no plan</h2>{table(('who', 'says'), rows, text=(0, 1))}{blocked}"
+    image = picture(plan_map(story, trial.terrain, trial.robot), "map of the last plan")
+    return f"<h2>Why there is no plan</h2>{table(('who', 'says'), rows, text=(0, 1))}{blocked}<p>{image}</p>"
 
 
 def _overview(stories: list[PlanStory], left_out: int) -> str:

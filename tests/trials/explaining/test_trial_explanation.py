@@ -168,7 +168,8 @@ def test_the_page_of_a_planner_that_gave_up(robot):
     page = read(explained(robot, explainer, result(False, "no_plan", "5 plans in a row failed: the way is blocked")))
     assert "Why there is no plan" in page.text
     assert answers["torso_path"].reason in page.text
-    assert "red nodes are poses with ground for all legs that no way leads to" in page.text
+    assert "Red nodes are poses with ground for all legs that no way leads to" in page.text
+    assert page.pictures == 2, "the last map is shown with the reason, too"
 
 
 def test_a_long_trial_keeps_its_first_and_last_plans(robot):
@@ -205,5 +206,5 @@ def test_explaining_changes_no_bit(tmp_path):
     assert "failure: timeout" in page.text
     assert "Plan 1" in page.text
     assert re.search(r"\d swings to(wards)? the waypoint", page.text)
-    assert "By the rules below nothing went wrong" in page.text
+    assert "In the last 2 s, nothing went wrong by the rules for falls" in page.text
     assert (tmp_path / "with" / "explain.html").stat().st_size < 2_000_000
