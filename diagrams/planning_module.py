@@ -7,8 +7,8 @@ from quadpips_drake.framework.ports import DiagramBuilder
 from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
+from quadpips_drake.planning.torso.torso_config import TorsoConfig
 from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
-from quadpips_drake.planning.torso.torso_search import TorsoConfig
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.supervision.reference_publisher import ReferencePublisherConfig
 from quadpips_drake.supervision.reference_publisher_system import ReferencePublisher

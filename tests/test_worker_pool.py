@@ -40,6 +40,13 @@ def test_a_job_whose_process_is_killed_fails_alone():
     assert isinstance(outcomes[1].error, JobFailed) and "SIGKILL" in str(outcomes[1].error)
 
 
+def test_a_job_that_takes_too_long_fails_alone(tmp_path):
+    jobs = {0: partial(trivial_jobs.hang, tmp_path), 1: partial(round, 1.6), 2: partial(round, 2.6)}
+    outcomes = {outcome.key: outcome for outcome in run_jobs(jobs, workers=1, time_limit=PATIENCE / 20.0)}
+    assert isinstance(outcomes[0].error, JobFailed) and "took longer than 3 s" in str(outcomes[0].error)
+    assert [outcomes[key].value for key in (1, 2)] == [2, 3]
+
+
 def test_what_a_job_raises_is_its_outcome():
     jobs = {
         "our own": partial(exec, "from quadpips_drake.errors import *; raise UserInputError('wrong')"),

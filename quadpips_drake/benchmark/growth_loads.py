@@ -27,7 +27,8 @@ from quadpips_drake.perception.egocan.egocan import begin_memory, update_memory
 from quadpips_drake.perception.normals.normal_estimator_system import make_affordance_image
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
-from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
+from quadpips_drake.planning.torso.torso_config import TorsoConfig
+from quadpips_drake.planning.torso.torso_search import search_torso_path
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig

@@ -2,6 +2,7 @@
 
 import shlex
 from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -25,10 +26,14 @@ Examples:
 
   quadpips bench compare out/paper out/other
 
-Each trial that is over is kept in DIR/trials.jsonl and not run again. Figures in DIR/summary.html and DIR/results.parquet.
+Each trial that is over is kept in DIR/trials.jsonl and not run again. Tables and pictures
+are in DIR/summary.html, all figures in DIR/results.parquet.
 
 Exit status: 0 done, 1 some trials ended in an error of the program, 2 bad input, 130 Ctrl-C, 143 SIGTERM.
 """
+
+TIME_LIMIT = 3600.0
+"""Computing time of one trial [s], unless the user says otherwise."""
 
 app = typer.Typer(
     epilog=EPILOG,
@@ -51,11 +56,22 @@ Duration = Annotated[
 ]
 Workers = Annotated[int | None, typer.Option(min=1, metavar="N", help="Trials at a time. Default: one for each core.")]
 TimeLimit = Annotated[
-    float,
-    typer.Option(parser=console.seconds, metavar="S", help="A trial that computes longer, s, is ended and tried once more."),
+    float | None,
+    typer.Option(
+        parser=console.seconds,
+        metavar="S",
+        help="A trial that computes longer, s, is ended, and tried once more. Default: 3600.",
+    ),
+]
+Scheduler = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="Of a Dask cluster that runs the trials, such as tcp://host:8786.")
 ]
 Out = Annotated[Path, typer.Option(parser=console.to_directory, metavar="DIR", help="For the results.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with the bench that DIR holds.")]
+
+Recorded = Annotated[
+    str, typer.Option(metavar="failed|all|none", help="Trials to record; failed ones are run again for it at the end.")
+]
 
 
 @app.callback()
@@ -71,29 +87,33 @@ def bench(
     duration: Duration = None,
     sets: Sets = None,
     workers: Workers = None,
-    time_limit: TimeLimit = 3600.0,
+    time_limit: TimeLimit = None,
+    scheduler: Scheduler = None,
     out: Out = Path("out/bench"),
     resume: Resume = False,
+    recordings: Recorded = "failed",
 ):
     """Run many trials by several processes and count the goals reached; resumable whatever ends it.
 
-    Writes bench.yaml (the settings), trials.jsonl (the journal), results.parquet and summary.md into DIR.
+    Writes bench.yaml (the settings), trials.jsonl (the journal), results.parquet, pictures, summary.md and summary.html into
+    DIR, and recordings below DIR/recordings.
     """
     if context.invoked_subcommand is not None:
         return
     from quadpips_drake.benchmark.bench.bench_trial import run_bench_trial
-    from quadpips_drake.benchmark.bench.process_pool import ProcessPool
+    from quadpips_drake.benchmark.bench.recordings import WANTED
     from quadpips_drake.trials.result_directory import ResultDirectory
-    from quadpips_drake.worker_pool import available_cores
 
     asked = {"robot": robot, "terrain": terrain, "planner": planner, "regions": regions, "trials": trials, "seed": seed}
     asked |= {"difficulty": difficulty, "duration": duration, "sets": sets}
     asked = {name: value for name, value in asked.items() if value is not None}
     settings = settings_in(out) if resume and not asked else settings_of(asked)
     check(settings)
-    pool = ProcessPool(workers or available_cores(), time_limit)
-    with ResultDirectory(out, ()):  # what it holds is kept, and added to
-        status = run_and_report(settings, out, pool, resume=resume, run=run_bench_trial)
+    if recordings not in WANTED:
+        raise UserInputError(f"--recordings '{recordings}' is none of {', '.join(WANTED)}")
+    # What DIR holds is kept, and added to.
+    with _pool(workers, time_limit, scheduler) as pool, ResultDirectory(out, ()):
+        status = run_and_report(settings, out, pool, resume=resume, run=run_bench_trial, recordings=recordings)
     raise typer.Exit(status)
 
 
@@ -107,7 +127,7 @@ def compare(
 
     Pairs have robot, terrain, difficulty and seed in common; p is that of McNemar's exact test.
     """
-    from quadpips_drake.benchmark.bench.comparison import comparison, load_rows
+    from quadpips_drake.benchmark.bench.reporting.comparison import comparison, load_rows
     from quadpips_drake.files import write_text
 
     text = comparison(load_rows(a), load_rows(b), str(a), str(b))
@@ -119,6 +139,30 @@ def compare(
     except OSError as error:
         raise UserInputError(f"--out {out}: cannot write there ({error.strerror})") from None
     console.say(f"comparison: {out}")
+
+
+def _pool(workers: int | None, time_limit: float | None, scheduler: str | None) -> AbstractContextManager:
+    """Who runs the trials, in a context.
+
+    Raises:
+        UserInputError: the cluster cannot, or options do not go together.
+    """
+    from quadpips_drake.benchmark.bench.dask_pool import DaskPool
+    from quadpips_drake.benchmark.bench.process_pool import ProcessPool
+    from quadpips_drake.worker_pool import available_cores
+
+    if scheduler is None:
+        return nullcontext(ProcessPool(workers or available_cores(), time_limit or TIME_LIMIT))
+    if workers or time_limit:
+        raise UserInputError(
+            "--scheduler: the cluster decides how many workers there are, and none is ended; leave "
+            "--workers and --time-limit out"
+        )
+    with ExitStack() as stack:
+        pool = stack.enter_context(DaskPool(scheduler))
+        console.messages.print(f"{pool.check()} workers at {scheduler}", markup=False)
+        stack.pop_all()
+    return pool
 
 
 def settings_in(out: Path):
@@ -148,13 +192,14 @@ def check(settings) -> None:
     from quadpips_drake.terrain.library import load_terrain
 
     for course in settings.courses:
-        load_terrain(course.terrain)
+        for difficulty in settings.difficulties or [None]:
+            load_terrain(course.terrain, difficulty=difficulty)
     kinds = {(spec.robot, spec.planner, spec.difficulty): spec for spec in settings.trial_specs()}
     for spec in kinds.values():
         config_of(spec, settings)
 
 
-def run_and_report(settings, out: Path, pool, *, resume: bool, run: Callable) -> int:
+def run_and_report(settings, out: Path, pool, *, resume: bool, run: Callable, recordings: str = "none") -> int:
     """Runs the trials that are missing in ``out``, writes the reports and returns the exit status.
 
     Args:
@@ -163,34 +208,50 @@ def run_and_report(settings, out: Path, pool, *, resume: bool, run: Callable) ->
         pool: who runs the trials.
         resume: whether to go on with what is there.
         run: who runs one trial, see ``run_bench_trial``.
+        recordings: of which trials, one of ``recordings.WANTED``.
     """
     from quadpips_drake.benchmark.bench import bench as work
     from quadpips_drake.benchmark.bench.journal import Journal, read_journal
-    from quadpips_drake.benchmark.bench.progress import BenchProgress
-    from quadpips_drake.benchmark.bench.reports import PAGE, write_reports
+    from quadpips_drake.benchmark.bench.recordings import Recordings
+    from quadpips_drake.benchmark.bench.reporting.reports import PAGE, write_reports
     from quadpips_drake.interruption import undisturbed
 
     work.claim(settings, out, resume=resume)
     compile_kernels()  # rather than in each of the workers
-    with Journal(out / work.JOURNAL) as journal:
-        for remark in journal.remarks:
+    with Journal(out / work.JOURNAL) as journal, Recordings(out) as recorded:
+        for remark in journal.remarks + recorded.journal.remarks:
             console.messages.print(remark, markup=False)
-        total = len(settings.trial_specs())
         try:
-            with BenchProgress(console.messages, work.rows_of(settings, journal.entries), total) as progress:
-                work.run_missing(settings, journal, pool, progress, run)
+            _run_all(settings, journal, recorded, pool, run, recordings)
         except KeyboardInterrupt as interrupt:
-            # From the file: the signal may have come between a line in it and its entry in memory.
-            rows = work.rows_of(settings, read_journal(journal.path)[0])
+            # From the files: the signal may have come between a line in one and its entry in memory.
+            entries, more = (read_journal(path)[0] for path in (journal.path, recorded.journal.path))
+            rows = work.rows_of(settings, entries, more)
             with undisturbed():
                 if rows:
                     write_reports(settings, rows, out)
-            console.end_interrupted(interrupt, f"{len(rows)} of {total} trials are kept; go on with: {go_on(out)}")
-        rows = work.rows_of(settings, journal.entries)
+            kept = f"{len(rows)} of {len(settings.trial_specs())} trials are kept"
+            console.end_interrupted(interrupt, f"{kept}; go on with: {go_on(out)}")
+        rows = work.rows_of(settings, journal.entries, recorded.journal.entries)
         write_reports(settings, rows, out)
     _say_scores(rows)
     console.say(f"summary: {out / PAGE} (open it in a browser)")
     return _status(rows)
+
+
+def _run_all(settings, journal, recorded, pool, run: Callable, recordings: str) -> None:
+    """Runs the trials that are missing, and those that are to be recorded once more; shows how far it is."""
+    from quadpips_drake.benchmark.bench import bench as work
+    from quadpips_drake.benchmark.bench.progress import BenchProgress
+
+    total = len(settings.trial_specs())
+    with BenchProgress(console.messages, work.rows_of(settings, journal.entries), total) as progress:
+        work.run_missing(settings, journal, pool, progress, run, recorded.keep if recordings == "all" else None)
+    missing = recorded.missing(settings, journal.entries) if recordings != "none" else []
+    if missing:
+        console.messages.print(f"failed trials are run again for their recordings: {len(missing)}")
+        with BenchProgress(console.messages, [], len(missing), "recordings") as progress:
+            recorded.add_missing(settings, journal.entries, pool, progress, run)
 
 
 def go_on(out: Path) -> str:
@@ -207,8 +268,8 @@ def _words(asked: dict, name: str, default: str) -> list[str]:
 
 
 def _say_scores(rows: list[dict]) -> None:
+    from quadpips_drake.benchmark.bench.reporting.summary import GROUP
     from quadpips_drake.benchmark.bench.scores import tally
-    from quadpips_drake.benchmark.bench.summary import GROUP
 
     for key, score in tally(rows, GROUP).items():
         low, high = score.interval
@@ -218,5 +279,5 @@ def _say_scores(rows: list[dict]) -> None:
 def _status(rows: list[dict]) -> int:
     errors = sum(row["reason"] == "error" for row in rows)
     if errors:
-        console.messages.print(f"{errors} trials ended in an error of the program, see the failures in the summary")
+        console.messages.print(f"trials that ended in an error of the program: {errors}, see the failures in the summary")
     return console.FAILURE if errors else console.SUCCESS

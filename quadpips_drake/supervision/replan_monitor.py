@@ -107,6 +107,10 @@ class Monitor(ImmutableValue):
     aborts: int = 0
     failed_plans: int = 0
     failed_in_a_row: int = 0
+    level: int = 0
+    """How hard the next plan is tried: more after each failure and instability, less after each reference."""
+    escalated: int = 0
+    """Requests above level 0."""
     refused: RefusedSwings = field(default_factory=RefusedSwings.empty)
     """Swings that no plan shall have again, until the robot has moved on."""
     refusals_in_a_row: int = 0
@@ -120,8 +124,10 @@ class Monitor(ImmutableValue):
     """Plans that were ready after they were to begin."""
 
 
-_GOING_ON = {"failed_in_a_row": 0, "refusals_in_a_row": 0, "last_one": False}
-"""What is forgotten when there is a new reference."""
+def _going_on(monitor: Monitor) -> dict:
+    """Changes of a monitor that sees the reference that it asked for."""
+    level = max(monitor.level - 1, 0)
+    return {"followed": monitor.request.id, "failed_in_a_row": 0, "refusals_in_a_row": 0, "last_one": False, "level": level}
 
 
 def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **changes) -> Monitor:
@@ -131,7 +137,8 @@ def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **change
 def advance(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     """Returns the monitor's memory after looking at the situation ``now``."""
     if now.safety.unstable and monitor.phase in ("pausing", "planning", "walking", "goal_reached"):
-        return _enter(monitor, "recovering", now.time, now.safety.reason, aborts=monitor.aborts + 1)
+        level = max(monitor.level, 1)  # more carefully from here on
+        return _enter(monitor, "recovering", now.time, now.safety.reason, aborts=monitor.aborts + 1, level=level)
     monitor = _with_refusals(monitor, now)
     return _STEPS[monitor.phase](monitor, now, config)
 
@@ -174,8 +181,9 @@ def _pausing(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor
 def _asking(monitor: Monitor, now: Situation, start: PlanStart | None = None) -> dict:
     """Changes of the monitor that asks for a plan."""
     return {
-        "request": PlanRequest(monitor.request.id + 1, now.time, now.goal, start),
+        "request": PlanRequest(monitor.request.id + 1, now.time, now.goal, start=start, level=monitor.level),
         "replans": monitor.replans + (monitor.request.id > 0),
+        "escalated": monitor.escalated + (monitor.level > 0),
         "failing_since": np.inf,
         "refused": _near(monitor.refused, now.state),
     }
@@ -186,7 +194,7 @@ def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monito
     if now.reference.request_id == asked and len(now.reference.times):
         plan = now.foothold_plan
         reason = f"{len(plan.swing_legs)} swings" if plan.request_id == asked else "a new reference"
-        return _enter(monitor, "walking", now.time, reason, followed=asked, **_GOING_ON)
+        return _enter(monitor, "walking", now.time, reason, **_going_on(monitor))
     monitor, problem = _look_for_problem(monitor, now)
     if not problem and now.time - monitor.since >= config.planning_timeout:
         problem = f"no reference came within {config.planning_timeout:g} s"
@@ -212,7 +220,8 @@ def _fail(monitor: Monitor, now: Situation, reason: str, config: MonitorConfig) 
         monitor = replace(monitor, refusals_in_a_row=monitor.refusals_in_a_row + 1)
         return _pause(monitor, now, 0.0, f"refused: {reason}", config)
     in_a_row = monitor.failed_in_a_row + 1
-    monitor = replace(monitor, failed_in_a_row=in_a_row, failed_plans=monitor.failed_plans + 1, refusals_in_a_row=0)
+    counts = {"failed_in_a_row": in_a_row, "failed_plans": monitor.failed_plans + 1, "refusals_in_a_row": 0}
+    monitor = replace(monitor, level=max(monitor.level + 1, in_a_row), **counts)
     if in_a_row >= config.max_failed_plans:
         return _enter(monitor, "no_plan", now.time, f"{in_a_row} plans in a row failed: {reason}")
     return _pause(monitor, now, config.retry_pause, f"the plan failed: {reason}", config)
@@ -237,7 +246,7 @@ def _look_ahead(monitor: Monitor, now: Situation, config: MonitorConfig) -> Moni
     reference, asked = now.reference, monitor.request
     if reference.request_id == asked.id != monitor.followed:
         reason = f"{len(now.foothold_plan.swing_legs)} swings, joined"
-        return replace(monitor, followed=asked.id, reason=reason, **_GOING_ON)
+        return replace(monitor, reason=reason, **_going_on(monitor))
     if asked.id != monitor.followed:
         if monitor.last_one:
             return monitor

@@ -104,8 +104,10 @@ class ReplanMonitor(Stage):
                 "failed_plans": monitor.failed_plans,
                 "aborted_references": monitor.aborts,
                 "late_plans": monitor.late_plans,
+                "escalated_plans": monitor.escalated,
                 "swing_trajectory": now.trajectory_status.fallbacks,
             },
             distance_to_goal=now.distance_to_goal,
+            escalation=monitor.request.level,
         )
         return _Memory(monitor, status)

@@ -26,6 +26,7 @@ def foothold_statistics(
     foot_positions: np.ndarray,
     contacts: np.ndarray,
     *,
+    until: list | None = None,
     miss_distance=0.05,
     slip_distance=0.03,
 ) -> dict:
@@ -41,11 +42,12 @@ def foothold_statistics(
         time: sample times [s], (n,).
         foot_positions: foot centres in W [m], (n, 4, 3).
         contacts: measured contacts, (n, 4).
+        until: until when each reference was in force [s] (see ``ends_in_force``); default: the stamp of the next.
     """
     counts = {"planned": 0, "slipped": 0, "missed": 0}
     errors = []
-    for i, reference in enumerate(references):
-        cancelled = references[i + 1].stamp if i + 1 < len(references) else np.inf
+    stamps = [*(reference.stamp for reference in references[1:]), np.inf] if until is None else until
+    for reference, cancelled in zip(references, stamps, strict=False):
         for foothold in reference.footholds:
             lifts = [start for start, _ in reference.schedule.swings(foothold.leg) if start > foothold.touchdown_time]
             # A leg that swings twice in a row may not stand that long.
@@ -67,12 +69,26 @@ def foothold_statistics(
     return counts
 
 
+def ends_in_force(references: list, arrays: dict) -> list[float]:
+    """Until when each reference was in force [s]: the next one came, or it was dropped because the robot was unstable.
+
+    Args:
+        references: the published WholeBodyReferences in order.
+        arrays: of the log: ``time`` (n,), ``reference_p_WB`` (n, 3), which is NaN where nothing was in force.
+    """
+    gone = arrays["time"][np.isnan(arrays["reference_p_WB"][:, 0])]
+    stamps = [*(reference.stamp for reference in references[1:]), np.inf]
+    dropped = (gone[gone > reference.stamp] for reference in references)
+    return [min(stamp, times.min(initial=np.inf)) for stamp, times in zip(stamps, dropped, strict=False)]
+
+
 def swing_statistics(references: list, arrays: dict, robot: RobotModel, terrain: Terrain) -> dict:
     """Counts and measures the swings that were in force.
 
     Args:
-        references: the published WholeBodyReferences in order; a newer one cancels the swings that an older one still had.
-        arrays: of the log: ``time`` (n,), ``foot_positions`` (n, 4, 3) in W [m], ``contacts`` (n, 4).
+        references: the published WholeBodyReferences in order; swings that did not come to their end are left out.
+        arrays: of the log: ``time`` (n,), ``foot_positions`` (n, 4, 3) in W [m], ``contacts`` (n, 4), and what
+            ``ends_in_force`` looks at.
         robot: whose feet.
         terrain: the true one.
 
@@ -83,9 +99,8 @@ def swing_statistics(references: list, arrays: dict, robot: RobotModel, terrain:
     """
     model, time = CentroidalModel(robot), arrays["time"]
     planned, executed, counts = [], [], {"swings": 0, "infeasible": 0, "touches": 0}
-    for i, reference in enumerate(references):
-        until = min(references[i + 1].stamp if i + 1 < len(references) else np.inf, time[-1])
-        swings = [foothold for foothold in reference.footholds if foothold.touchdown_time <= until]
+    for reference, until in zip(references, ends_in_force(references, arrays), strict=True):
+        swings = [foothold for foothold in reference.footholds if foothold.touchdown_time <= min(until, time[-1])]
         if not swings:
             continue
         defects = _defects(model, reference)
@@ -119,5 +134,7 @@ def _feet(robot: RobotModel, states: np.ndarray) -> np.ndarray:
 def _defects(model: CentroidalModel, reference) -> np.ndarray:
     """By how much each state is not what the one before leads to (midpoint rule), (n - 1,)."""
     states, inputs, steps = reference.states, reference.inputs[:-1], np.diff(reference.times)[:, None]
-    middle = states[:-1] + 0.5 * steps * model.linearize(states[:-1], inputs)[0]
-    return np.linalg.norm(states[:-1] + steps * model.linearize(middle, inputs)[0] - states[1:], axis=1)
+    rates = np.array([model.dynamics(x, u) for x, u in zip(states[:-1], inputs, strict=True)])
+    middle = states[:-1] + 0.5 * steps * rates
+    rates = np.array([model.dynamics(x, u) for x, u in zip(middle, inputs, strict=True)])
+    return np.linalg.norm(states[:-1] + steps * rates - states[1:], axis=1)

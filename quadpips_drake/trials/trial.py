@@ -12,7 +12,7 @@ from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.placement import problem_with_goal
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trials.foothold_statistics import foothold_statistics, swing_statistics
+from quadpips_drake.trials.foothold_statistics import ends_in_force, foothold_statistics, swing_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.record import record_trial
@@ -121,8 +121,9 @@ class Trial(SimulatedTrial):
         observation, status = observe(self.diagram, self.context), read(self.diagram, "status", self.context)
         arrays = self.log.arrays()
         if len(self.log):
-            feet = arrays["foot_positions"]
-            more["footholds"] = foothold_statistics(self.log.references, arrays["time"], feet, arrays["contacts"])
+            samples = arrays["time"], arrays["foot_positions"], arrays["contacts"]
+            ends = ends_in_force(self.log.references, arrays)
+            more["footholds"] = foothold_statistics(self.log.references, *samples, until=ends)
             more["clearance"] = swing_statistics(self.log.references, arrays, self.robot, self.terrain)
         return super().result(
             planner=self.config.planner,

@@ -34,6 +34,8 @@ class PlanRequest(ImmutableValue):
     """Goal of the torso in the world, xy [m], shape (2,)."""
     start: PlanStart | None = None
     """Where the plan begins; None: where the robot is."""
+    level: int = 0
+    """How hard to try, from 0 on: one more for each failure in a row."""
 
     @staticmethod
     def empty() -> "PlanRequest":
@@ -53,6 +55,12 @@ class TorsoPath(ImmutableValue):
     """The RegionSet that was searched."""
     reason: str = ""
     """Empty when a path was found; else why not."""
+    level: int = 0
+    """Of escalation, as requested."""
+    to_goal: bool = True
+    """Whether it ends at the goal; else at a sub-goal that is nearer or shows more."""
+    viewpoints: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Where the robot stood when it planned for this goal, x, y [m], yaw [rad], shape (k, 3): what it counts as seen."""
     start: PlanStart | None = None
     """That of the request."""
     nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))

@@ -89,6 +89,8 @@ class PlannerStatus(ImmutableValue):
     """How often what has happened so far that should not: {name: count}."""
     distance_to_goal: float = math.nan
     """Of the base, in xy [m]."""
+    escalation: int = 0
+    """How hard the last plan was tried: one level for each failure before it that is not yet outweighed by a success."""
 
     @property
     def gave_up(self) -> bool:

@@ -16,7 +16,8 @@ import pytest
 
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
-from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
+from quadpips_drake.planning.torso.torso_config import TorsoConfig
+from quadpips_drake.planning.torso.torso_search import search_torso_path
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.trajectory.swing import swing_optimizer
 from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer

@@ -31,8 +31,8 @@ from quadpips_drake.perception.superpixels.superpixel_segmenter_system import Su
 from quadpips_drake.perception.superpixels.superpixels import SuperpixelConfig
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
+from quadpips_drake.planning.torso.torso_config import TorsoConfig
 from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
-from quadpips_drake.planning.torso.torso_search import TorsoConfig
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.supervision.reference_publisher import ReferencePublisherConfig
 from quadpips_drake.supervision.reference_publisher_system import ReferencePublisher

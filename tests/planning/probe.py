@@ -15,11 +15,14 @@ import numpy as np
 from quadpips_drake.diagrams.planning_module import PlanningConfig
 from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig, centers_of, regions_from_terrain
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
+from quadpips_drake.planning.torso.subgoals import Exploration
 from quadpips_drake.planning.torso.torso_search import search_torso_path
 from quadpips_drake.robots.robot_library import load_robot, robot_defaults_layer
 from quadpips_drake.values.regions import RegionSet
 from tests.planning import worlds
 from tests.planning.probe_worlds import WORLDS
+
+TRACE = False
 
 
 class Eyes:
@@ -78,6 +81,7 @@ class Report:
         )
         if not self.reached:
             text += f" at {self.where[0]:.2f},{self.where[1]:.2f}, {self.distance:.2f} m off: {self.failures[-1:]}"
+            print("\n".join(f"    {reason}" for reason in dict.fromkeys(self.failures)))
         return text
 
 
@@ -107,8 +111,8 @@ def walk(terrain, robot, config: PlanningConfig, *, camera=False, max_plans=40) 
     eyes, report = Eyes(terrain, robot, camera), Report()
     x, y, yaw = terrain.start
     state, goal = worlds.standing_state(robot, x, y, yaw), np.array(terrain.goal, float)
-    failed = 0
-    while report.plans < max_plans and failed < 1:
+    failed, level, exploration, path = 0, 0, Exploration(), None
+    while report.plans < max_plans and failed < config.monitor.max_failed_plans:
         report.where = tuple(state.p_WB[:2])
         report.distance = float(np.hypot(*(state.p_WB[:2] - goal)))
         if report.distance < config.monitor.goal_tolerance:
@@ -116,18 +120,28 @@ def walk(terrain, robot, config: PlanningConfig, *, camera=False, max_plans=40) 
             break
         report.plans += 1
         regions = eyes.look(*state.p_WB[:2], float(state.rpy_WB[2]))
+        failed_path = path.poses if failed else None
+        exploration = exploration.standing_at((*state.p_WB[:2], float(state.rpy_WB[2])), goal, failed_path)
         t0 = time.thread_time()
-        path = search_torso_path(state.p_WB, state.rpy_WB[2], regions, goal, robot, config.torso, request_id=report.plans)
+        path = search_torso_path(
+            state.p_WB, state.rpy_WB[2], regions, goal, robot, config.torso,
+            request_id=report.plans, level=level, exploration=exploration,
+        )  # fmt: skip
         t1 = time.thread_time()
+        exploration = exploration.after(path)
         plan = search_footholds(state, path.regions, path, robot, config.footholds)
         report.torso_ms.append(1e3 * (t1 - t0))
         report.foothold_ms.append(1e3 * (time.thread_time() - t1))
         report.expansions.append(plan.expansions)
+        if TRACE:
+            x, y, yaw = *state.p_WB[:2], state.rpy_WB[2]
+            end = path.poses[-1, [0, 1, 3]].round(2) if path.success else path.reason
+            print(f"  {x:.2f} {y:.2f} {yaw:.2f} -> {end} swings {len(plan.swing_legs)} of {plan.expansions}")
         if not plan.success:
             report.failures.append(plan.reason)
-            failed += 1
+            failed, level = failed + 1, max(level + 1, failed + 1)
             continue
-        failed = 0
+        failed, level = 0, max(level - 1, 0)
         report.swings += len(plan.swing_legs)
         report.widths += widths_of(plan)
         state = worlds.state_at(robot, plan.stances[-1])
@@ -140,7 +154,10 @@ def main():
     parser.add_argument("--robot", default="anymal_c")
     parser.add_argument("--camera", action="store_true")
     parser.add_argument("--set", action="append", default=[])
+    parser.add_argument("--trace", action="store_true", help="show each plan")
     args = parser.parse_args()
+    global TRACE
+    TRACE = args.trace
     changes = {}
     for item in args.set:
         key, value = item.split("=")

@@ -166,6 +166,26 @@ def test_a_success_forgets_the_failures():
     assert story.monitor.phase == "walking" and story.monitor.failed_in_a_row == 0 and story.monitor.failed_plans == 1
 
 
+def test_each_failure_makes_the_next_request_try_harder_and_a_success_less():
+    story, levels = Story(), []
+    for _ in range(3):
+        request_id = story.until_planning()
+        levels.append(story.monitor.request.level)
+        story.goes_on(0.1, foothold_plan=FootholdPlan(0.0, request_id, reason="no stones"))
+    request_id = story.until_planning()
+    assert [*levels, story.monitor.request.level] == [0, 1, 2, 3] and story.monitor.escalated == 3
+    story.goes_on(0.1, reference=reference(request_id, story.now.time + 1.0, 0.0))
+    assert story.monitor.phase == "walking" and story.monitor.level == 2
+
+
+def test_an_instability_makes_it_careful():
+    story = Story()
+    story.until_walking()
+    story.goes_on(0.1, safety=SafetyStatus(0.0, True, "slip", "a foot slides"))
+    story.goes_on(0.3, safety=SafetyStatus(0.0), reference=no_reference())
+    assert story.monitor.phase == "planning" and story.monitor.request.level == 1
+
+
 def test_aborts_recovers_and_replans():
     story = Story()
     story.until_walking()

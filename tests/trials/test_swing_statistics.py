@@ -9,7 +9,7 @@ from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.penetration import sphere_depths
 from quadpips_drake.terrain.terrain import Box, Cylinder, Mesh, Terrain, pose
 from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer
-from quadpips_drake.trials.foothold_statistics import swing_statistics
+from quadpips_drake.trials.foothold_statistics import ends_in_force, foothold_statistics, swing_statistics
 from quadpips_drake.values.centroidal import CentroidalInput
 from tests.trajectory.walking import uneven_plan
 
@@ -42,7 +42,8 @@ def walked():
     reference = optimizer.optimize(optimizer.model.nominal_state(), plan).reference
     feet = np.array([optimizer.model.foot_positions(x) for x in reference.states])
     stance = np.array([reference.schedule.at(t) for t in reference.times])
-    return robot, reference, {"time": np.array(reference.times), "foot_positions": feet, "contacts": stance}
+    log = {"time": np.array(reference.times), "foot_positions": feet, "contacts": stance, "reference_p_WB": feet[:, 0]}
+    return robot, reference, log
 
 
 def test_swings_over_nothing_are_clear_and_feasible(walked):
@@ -61,6 +62,18 @@ def test_what_stands_in_the_way_is_measured(walked):
     contacts = arrays["contacts"].copy()
     contacts[24, reference.footholds[0].leg] = True
     assert swing_statistics([reference], arrays | {"contacts": contacts}, robot, terrain_of())["touches"] == 1
+
+
+def test_swings_of_a_reference_that_was_dropped_do_not_count(walked):
+    robot, reference, arrays = walked
+    positions = arrays["reference_p_WB"].copy()
+    positions[70:] = np.nan  # in the middle of the second swing
+    dropped = arrays | {"reference_p_WB": positions}
+    assert ends_in_force([reference], dropped) == [arrays["time"][70]]
+    assert ends_in_force([reference], arrays) == [np.inf]
+    assert swing_statistics([reference], dropped, robot, terrain_of())["swings"] == 2
+    samples = arrays["time"], arrays["foot_positions"], arrays["contacts"]
+    assert foothold_statistics([reference], *samples, until=ends_in_force([reference], dropped))["planned"] == 2
 
 
 def test_swings_that_nothing_moves_are_infeasible(walked):

@@ -59,11 +59,11 @@ class ProgramData(NamedTuple):
     targets: np.ndarray
     """b (6,)"""
     limits: np.ndarray
-    """C (48, 30)"""
+    """C (40, 30)"""
     lower: np.ndarray
-    """(48,)"""
+    """(40,)"""
     upper: np.ndarray
-    """(48,)"""
+    """(40,)"""
 
     @staticmethod
     def allocated() -> "ProgramData":

@@ -122,7 +122,7 @@ def friction_pyramids(normals: np.ndarray, contacts: np.ndarray, friction: float
 @njit(cache=True)
 def pyramid_columns(normals, friction, scale, matrix):
     """Writes the rows of ``friction_pyramids``, FORCE_ROWS for each foot, times ``scale`` into the columns of ``matrix``,
-    (30, 36) or wider; only where they are not zero."""
+    (30, 28) or wider; only where they are not zero."""
     faces = np.empty((ROWS, 3))
     for leg in range(NUM_LEGS):
         normal = vector(normals[leg])

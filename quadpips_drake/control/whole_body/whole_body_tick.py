@@ -1,4 +1,4 @@
-"""A tick of whole-body control in two compiled steps: all before the program is solved, and all after it.
+"""A tick of whole-body control in two compiled steps: all before the quadratic program is solved, and all after it.
 
 They call the same functions as TaskSpaceInverseDynamics does one by one where it has to solve tasks, in the same order. In
 a running simulation little of what a tick touches is still in the processor's cache, so each call through Python counts.

@@ -8,6 +8,8 @@ from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.gaits.swing_gaits import swing_gait
 
 CANDIDATES = ("nearest", "center")
+MAX_STEPS = 32
+MAX_EXPANSIONS = 20_000
 
 
 @configuration
@@ -19,9 +21,11 @@ class FootholdConfig(StageConfig):
 
     gait: str = "standing_trot"
     """Order of the swings: standing_trot, slow_trot or standing_walk."""
+    careful_gait: str = "standing_walk"
+    """The gait after a failed plan and after an instability (levels 1 and 3 of escalation)."""
     any_first_phase: bool = True
     """Whether a plan may begin with any phase of the gait; else always with the first."""
-    max_steps: int = ranged(8, 1, 32)
+    max_steps: int = ranged(8, 1, MAX_STEPS)
     """Most swings in a plan: 8 are four cycles of a trot, two of a walk."""
     local_radius: float = ranged(1.25, 0.05, 20.0)
     """Radius around the torso within which the local waypoint is taken from the torso path [m] (1.25 in the release)."""
@@ -31,7 +35,7 @@ class FootholdConfig(StageConfig):
     """... and its yaw this close to the waypoint's [rad]."""
     min_progress: float = ranged(0.10, 0.0, 10.0)
     """A plan that does not reach its waypoint counts only if it gets at least this much nearer to it [m]."""
-    waypoint_retries: int = ranged(3, 0, 100)
+    waypoint_retries: int = ranged(1, 0, 100)
     """How often to try an earlier pose of the torso path when nothing leads to the waypoint."""
 
     candidate: str = "nearest"
@@ -70,7 +74,7 @@ class FootholdConfig(StageConfig):
     """Cost of turning [m/rad]: with the travelled distance [m] it is what the search minimises."""
     step_weight: float = ranged(0.02, 0.0, 1000.0)
     """Cost of one foot's swing of the preferred length [m]."""
-    stance_weight: float = ranged(4.0, 0.0, 1000.0)
+    stance_weight: float = ranged(6.0, 0.0, 1000.0)
     """Cost of a foot away from its nominal place under the base, squared [1/m]."""
     stance_slack: float = ranged(0.08, 0.0, 5.0)
     """Deviation forward or backward that costs nothing, because a stance in mid-walk has it anyway [m]."""
@@ -85,7 +89,7 @@ class FootholdConfig(StageConfig):
     heuristic_inflation: float = ranged(4.0, 0.0, 100.0)
     """Factor on the cost-to-go: above 1 the search is greedier, and its cost within that factor of the best."""
 
-    max_expansions: int = ranged(300, 1, 20_000)
+    max_expansions: int = ranged(150, 1, MAX_EXPANSIONS)
     """Most expanded nodes for one waypoint."""
     max_children: int = ranged(24, 1, 1000)
     """Most children kept of one expansion, the best by cost plus cost-to-go."""
@@ -95,5 +99,6 @@ class FootholdConfig(StageConfig):
     def __post_init__(self):
         super().__post_init__()
         swing_gait(self.gait)
+        swing_gait(self.careful_gait)
         if self.candidate not in CANDIDATES:
             raise UserInputError(f"candidate '{self.candidate}' is unknown; known: {', '.join(CANDIDATES)}")

@@ -8,6 +8,7 @@ import numpy as np
 from quadpips_drake.compiling import work_clock
 from quadpips_drake.gaits.swing_gaits import SwingGait, swing_gait
 from quadpips_drake.math.angles import wrap_angle
+from quadpips_drake.planning.footholds.escalation import escalated
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.refused_swings import are_refused
 from quadpips_drake.planning.footholds.stance_rules import REJECTIONS, make_transition_model, stance_deviation
@@ -287,13 +288,13 @@ def search_footholds(
     Args:
         state: measured state of the robot.
         regions: RegionSet to step on, in W.
-        torso_path: result of the torso search.
+        torso_path: result of the torso search; its ``level`` says how hard to try, see ``escalation``.
         refused: RefusedSwings; nothing like them is in the plan.
 
     Returns:
         A FootholdPlan; without stances and with a reason when there is none.
     """
-    started = work_clock()
+    started, config = work_clock(), escalated(config, torso_path.level)
     if not torso_path.success:
         reason = torso_path.reason or "there is no torso path"
         return FootholdPlan(state.stamp, torso_path.request_id, reason=reason, complete=False)

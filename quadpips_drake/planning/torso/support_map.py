@@ -1,10 +1,20 @@
 """How far any place is from ground that carries a foot: a raster over the regions, seen from above."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
+from numba import njit
 from scipy.ndimage import distance_transform_edt
+
+from quadpips_drake.robots.stance_limits import stance_limits
+from quadpips_drake.values.legs import Leg
+
+_SAMPLE = 0.06
+"""Distance between the places where a leg looks for ground [m]."""
+_ON_GROUND = 0.045
+"""Such a place has ground when some is this near to it [m]: half the diagonal of what lies between them."""
 
 
 @dataclass(frozen=True)
@@ -19,14 +29,20 @@ class SupportMap:
     """Distance in xy to the nearest inset polygon [m], indexed [iy, ix]."""
     height: np.ndarray
     """Height of that polygon at its nearest cell [m], indexed [iy, ix]."""
+    nearest: np.ndarray
+    """That cell, [0 for iy, 1 for ix][iy, ix]."""
 
     def look_up(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Returns distance and height at points (..., 2); outside of the raster the distance is inf."""
+        ix, iy, inside = self.cells(xy)
+        return np.where(inside, self.distance[iy, ix], np.inf), self.height[iy, ix]
+
+    def cells(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Returns the columns and rows of points (..., 2), and whether they are in the raster (if not: cell 0, 0)."""
         cells = np.rint((xy - self.origin) / self.resolution).astype(np.int64)
         rows, columns = self.distance.shape
         inside = (cells[..., 0] >= 0) & (cells[..., 0] < columns) & (cells[..., 1] >= 0) & (cells[..., 1] < rows)
-        ix, iy = np.where(inside, cells[..., 0], 0), np.where(inside, cells[..., 1], 0)
-        return np.where(inside, self.distance[iy, ix], np.inf), self.height[iy, ix]
+        return np.where(inside, cells[..., 0], 0), np.where(inside, cells[..., 1], 0), inside
 
 
 def make_support_map(regions, resolution: float = 0.04, border: float = 0.6) -> SupportMap:
@@ -52,26 +68,84 @@ def make_support_map(regions, resolution: float = 0.04, border: float = 0.6) -> 
     x = origin[0] + resolution * nearest[1] - centers[..., 0]
     y = origin[1] + resolution * nearest[0] - centers[..., 1]
     height = centers[..., 2] - (normals[..., 0] * x + normals[..., 1] * y) / normals[..., 2]
-    return SupportMap(origin, resolution, distance * resolution, height)
+    return SupportMap(origin, resolution, distance * resolution, height, nearest)
+
+
+@lru_cache(maxsize=32)
+def places_of_legs(robot, leg_radius: float) -> np.ndarray:
+    """Returns where each leg may find ground, in the frame of the base's yaw, the nearest to its nominal foothold first.
+
+    Forward and backward up to ``leg_radius``; inward and outward half of what the robot's stance limits leave.
+
+    Returns:
+        x, y [m] and the distance from the nominal foothold [m], (4, m, 3).
+    """
+    nominal, limits = np.asarray(robot.nominal_footholds_B)[:, :2], stance_limits(robot)
+    along = np.linspace(-1.0, 1.0, 2 * int(np.ceil(leg_radius / _SAMPLE)) + 1) * leg_radius
+    rows = []
+    for leg in Leg:
+        width = abs(nominal[leg, 1] - nominal[leg ^ 1, 1])
+        inward, outward = 0.5 * (width - limits.min_width), 0.5 * (limits.max_width - width)
+        inner = np.linspace(-inward, 0.0, int(np.ceil(inward / _SAMPLE)) + 1)
+        outer = np.linspace(0.0, outward, int(np.ceil(outward / _SAMPLE)) + 1)
+        aside = np.concatenate([inner, outer[1:]])
+        dx, dy = (grid.ravel() for grid in np.meshgrid(along, aside, indexing="ij"))
+        away = np.hypot(dx, dy)
+        order = np.argsort(away, kind="stable")
+        places = np.column_stack([nominal[leg, 0] + dx, nominal[leg, 1] + leg.side * dy, away])
+        rows.append(places[order])
+    shortest = min(len(row) for row in rows)
+    found = np.array([row[:shortest] for row in rows])
+    found.flags.writeable = False
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _mean_misses(distance, height, origin, resolution, poses, ground, places, max_height_difference, free_miss, out):
+    """Fills ``out`` (n,): how far on average the legs are from ground at their nominal footholds, inf: one finds none."""
+    rows, columns = distance.shape
+    for n in range(len(poses)):
+        c, s = np.cos(poses[n, 2]), np.sin(poses[n, 2])
+        total = 0.0
+        for leg in range(places.shape[0]):
+            found, without = np.inf, 0.0
+            for k in range(places.shape[1]):
+                away = places[leg, k, 2]
+                if away < without:  # the nearest ground is further away than this place
+                    continue
+                x = poses[n, 0] + c * places[leg, k, 0] - s * places[leg, k, 1]
+                y = poses[n, 1] + s * places[leg, k, 0] + c * places[leg, k, 1]
+                ix, iy = int(np.rint((x - origin[0]) / resolution)), int(np.rint((y - origin[1]) / resolution))
+                if ix < 0 or iy < 0 or ix >= columns or iy >= rows:
+                    continue
+                miss = distance[iy, ix]
+                if k == 0:
+                    without = miss - _ON_GROUND
+                if miss <= _ON_GROUND and abs(height[iy, ix] - ground[n]) <= max_height_difference:
+                    found = away + miss
+                    break
+            total += max(found - free_miss, 0.0)
+            if total == np.inf:
+                break
+        out[n] = total / places.shape[0]
 
 
 def ground_penalty(support: SupportMap, poses: np.ndarray, ground: np.ndarray, robot, config) -> np.ndarray:
     """Returns the extra cost per metre of poses of the base over poor ground, (...); inf where a leg finds none.
 
-    It is ``support_weight`` times the mean distance of the nominal footholds from steppable ground, as far as it exceeds
-    ``free_miss``, over ``leg_radius``.
+    It is ``support_weight`` times how far the legs must go from their nominal footholds to find steppable ground, on average
+    and as far as it exceeds ``free_miss``, over ``leg_radius``.
 
     Args:
         poses: x, y, yaw of the base in W, (..., 3).
         ground: height of the ground under the base [m], (...).
         config: TorsoConfig.
     """
-    nominal = np.asarray(robot.nominal_footholds_B)[:, :2]
-    c, s = np.cos(poses[..., 2, None]), np.sin(poses[..., 2, None])
-    x = poses[..., 0, None] + c * nominal[:, 0] - s * nominal[:, 1]
-    y = poses[..., 1, None] + s * nominal[:, 0] + c * nominal[:, 1]
-    distance, height = support.look_up(np.stack([x, y], axis=-1))
-    within = (distance <= config.leg_radius) & (np.abs(height - ground[..., None]) <= config.max_height_difference)
-    miss = np.where(within, distance, np.inf)
-    excess = np.maximum(miss - config.free_miss, 0.0)
-    return config.support_weight * excess.mean(axis=-1) / config.leg_radius
+    places = places_of_legs(robot, float(config.leg_radius))
+    flat = np.ascontiguousarray(poses, dtype=float).reshape(-1, 3)
+    misses = np.empty(len(flat))
+    _mean_misses(
+        support.distance, support.height, support.origin, support.resolution, flat,
+        np.ascontiguousarray(ground, dtype=float).ravel(), places, config.max_height_difference, config.free_miss, misses,
+    )  # fmt: skip
+    return (config.support_weight * misses / config.leg_radius).reshape(np.shape(poses)[:-1])

@@ -26,14 +26,12 @@ def _distance(positions, i, j):
 
 @njit(cache=True, nogil=True)
 def search_lattice(
-    positions, yaws, penalty, offsets, neighbours, start_yaw, goal, goal_yaw,
-    goal_yaw_weight, yaw_weight, max_edge_yaw, heading_weight, max_expansions,
+    positions, yaws, penalty, offsets, neighbours, start_yaw, goal, yaw_weight, max_edge_yaw, heading_weight, max_expansions,
 ):  # fmt: skip
-    """Searches from position 0 to position ``goal``.
+    """Searches from position 0 to position ``goal``; to all poses in reach if that is -1.
 
     An edge to the pose (p', yaw') costs |p' - p| (1 + penalty' + heading_weight (1 - cos(direction - yaw')) / 2)
-    + yaw_weight |yaw' - yaw|; the cost-to-go is the distance to the goal plus ``goal_yaw_weight`` times the yaw that lacks
-    to ``goal_yaw`` (the weight is 0 when the final yaw is free). It is a lower bound and consistent.
+    + yaw_weight |yaw' - yaw|; the cost-to-go is the distance to the goal, a lower bound and consistent.
 
     Args:
         positions: (n, 3); yaws: (m,); penalty: (n, m), inf for poses that are not allowed.
@@ -41,8 +39,8 @@ def search_lattice(
         start_yaw: index of the yaw at the start.
 
     Returns:
-        parent (n m,) of each pose index * m + yaw index, -1 for none; whether it was expanded, (n m,); the pose that was
-        found, or -1.
+        parent (n m,) of each pose index * m + yaw index, -1 for none; whether it was expanded, (n m,); the cost of the way
+        to it, (n m,); the pose that was found, or -1.
     """
     n, m = penalty.shape
     parent = np.full(n * m, -1, dtype=np.int64)
@@ -51,35 +49,37 @@ def search_lattice(
     cost[start_yaw] = 0.0
     queue = [(0.0, np.int64(start_yaw))]
     expansions = 0
-    turns, missing = _turns(yaws), np.empty(m)
-    for k in range(m):
-        missing[k] = goal_yaw_weight * abs(wrap_angle(yaws[k] - goal_yaw))
+    turns, ahead_x, ahead_y = _turns(yaws), np.cos(yaws), np.sin(yaws)
     while len(queue) > 0:
         _, node = heapq.heappop(queue)
         if closed[node]:
             continue
         i, k = node // m, node % m
-        if i == goal and (goal_yaw_weight == 0.0 or abs(wrap_angle(yaws[k] - goal_yaw)) <= np.pi / m):
-            return parent, closed, node
+        if i == goal:
+            return parent, closed, cost, node
         if expansions >= max_expansions:
             break
         closed[node] = True
         expansions += 1
         for edge in range(offsets[i], offsets[i + 1]):
             j = neighbours[edge]
-            length, rest = _distance(positions, i, j), _distance(positions, j, goal)
+            length = _distance(positions, i, j)
+            rest = _distance(positions, j, goal) if goal >= 0 else 0.0
             x, y = positions[j, 0] - positions[i, 0], positions[j, 1] - positions[i, 1]
-            moves, direction = np.hypot(x, y) > 1e-6, np.arctan2(y, x)
+            way = np.hypot(x, y)
+            moves = way > 1e-6
+            if moves:
+                x, y = x / way, y / way
             for other in range(m):
                 child, turn = j * m + other, turns[k, other]
                 if turn > max_edge_yaw or closed[child] or not np.isfinite(penalty[j, other]):
                     continue
                 factor = 1.0 + penalty[j, other]
                 if moves:
-                    factor += heading_weight * 0.5 * (1.0 - np.cos(direction - yaws[other]))
+                    factor += heading_weight * 0.5 * (1.0 - x * ahead_x[other] - y * ahead_y[other])
                 new_cost = cost[node] + (length * factor + yaw_weight * turn)
                 if new_cost < cost[child] - 1e-12:
                     cost[child] = new_cost
                     parent[child] = node
-                    heapq.heappush(queue, (new_cost + rest + missing[other], np.int64(child)))
-    return parent, closed, np.int64(-1)
+                    heapq.heappush(queue, (new_cost + rest, np.int64(child)))
+    return parent, closed, cost, np.int64(-1)

@@ -9,6 +9,10 @@ _FACING = np.pi / 4
 """A pose faces along the path unless the search chose a yaw further off than this [rad]."""
 
 
+_TURN_STEP = 0.2
+"""Turning in place goes from pose to pose by so much [rad]."""
+
+
 def join_path(p_WB, yaw, positions, yaws, chain, end, support, robot, config) -> np.ndarray:
     """Returns x, y, z, yaw along the path, (n, 4), the first one the robot's own.
 
@@ -28,7 +32,7 @@ def join_path(p_WB, yaw, positions, yaws, chain, end, support, robot, config) ->
     points, chosen = _resample(points[kept], chosen[kept], config.pose_spacing)
     if end is not None:
         points[-1, :2] = end
-    return _turn(points, _face_along(points, chosen), yaw, config)
+    return _turn(points, _face_along(points, chosen), yaw, config, end is None)
 
 
 def _walk_cost(start, end, yaw, support, robot, config) -> float:
@@ -86,17 +90,26 @@ def _face_along(points, chosen) -> np.ndarray:
     return yaws
 
 
-def _turn(points, yaws, yaw, config) -> np.ndarray:
-    """Returns the poses with a bounded rate of turning: what a metre of path does not allow is turned in place."""
+def _turn(points, yaws, yaw, config, facing) -> np.ndarray:
+    """Returns the poses with a bounded rate of turning: what a metre of path does not allow is turned in place.
+
+    ``facing``: whether the path must end with the last yaw.
+    """
     poses = [[*points[0], yaw]]
     for k in range(1, len(points)):
         length = np.linalg.norm(points[k] - points[k - 1])
         lacking = float(wrap_angle(yaws[k] - yaw))
         allowed = config.max_yaw_rate * length
-        while abs(lacking) > np.pi / 4 + allowed:  # too much for walking on: turn before leaving this point
-            yaw = float(wrap_angle(yaw + np.sign(lacking) * 0.2))
+        most = np.pi / 4 + allowed if length > 1e-6 else 1e-6
+        while abs(lacking) > most:  # too much for walking on: turn before leaving this point
+            yaw = float(wrap_angle(yaw + np.clip(lacking, -_TURN_STEP, _TURN_STEP)))
             poses.append([*points[k - 1], yaw])
             lacking = float(wrap_angle(yaws[k] - yaw))
+        if length <= 1e-6:
+            continue
         yaw = float(wrap_angle(yaw + np.clip(lacking, -allowed, allowed)))
         poses.append([*points[k], yaw])
+    while facing and abs(wrap_angle(yaws[-1] - yaw)) > 1e-6:
+        yaw = float(wrap_angle(yaw + np.clip(wrap_angle(yaws[-1] - yaw), -_TURN_STEP, _TURN_STEP)))
+        poses.append([*points[-1], yaw])
     return np.array(poses)

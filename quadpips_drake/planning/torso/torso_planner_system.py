@@ -1,10 +1,12 @@
 """TorsoPlanner: the torso search as a Drake system."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.planning.start_stance import attach_feet, start_ground, state_at_start, with_region
-from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
+from quadpips_drake.planning.torso.subgoals import Exploration
+from quadpips_drake.planning.torso.torso_config import TorsoConfig
+from quadpips_drake.planning.torso.torso_search import search_torso_path
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import PlanRequest, TorsoPath
@@ -14,10 +16,11 @@ from quadpips_drake.values.robot_state import RobotState
 
 @dataclass(frozen=True, eq=False)
 class _Memory(ImmutableValue):
-    """The last path, and the ground that the robot stood on at the first request."""
+    """The last path, the ground that the robot stood on at the first request, and what was tried since."""
 
     path: TorsoPath
     ground: PlanarRegion | None = None
+    exploration: Exploration = field(default_factory=Exploration)
 
 
 class TorsoPlanner(Stage):
@@ -65,6 +68,9 @@ class TorsoPlanner(Stage):
         regions, ground = inputs.region_set, memory.ground
         if self.config.assume_start_ground and memory.path.request_id == 0:
             ground = self._unseen_ground(state, regions)
+        pose = (*state.p_WB[:2], float(state.rpy_WB[2]))
+        failed = request.level > memory.path.level  # the level rises with each failure
+        exploration = memory.exploration.standing_at(pose, request.goal, memory.path.poses if failed else None)
         path = search_torso_path(
             state.p_WB,
             float(state.rpy_WB[2]),
@@ -73,8 +79,10 @@ class TorsoPlanner(Stage):
             self._robot,
             self.config,
             request_id=request.id,
+            level=request.level,
+            exploration=exploration,
         )
-        return _Memory(replace(path, start=request.start), ground)
+        return _Memory(replace(path, start=request.start), ground, exploration.after(path))
 
     def _unseen_ground(self, robot_state, regions: RegionSet) -> PlanarRegion | None:
         """Returns the ground under the robot as a region unless a foot stands on a perceived one."""

@@ -21,7 +21,7 @@ _GOAL_FAR = 2.0
 """... nor a goal further than this, unless no way was found."""
 _LEAST = 1.6, 1.0
 """Half of the least size of the map along x and y [m]."""
-_PATH_COLOR = "black"
+_PATH_COLOR, _VIEW_COLOR = "black", "0.35"
 _NODE_COLORS = {"reached": (0.15, 0.35, 0.75), "not reached": (0.80, 0.10, 0.10)}
 _RESOLUTION = 0.02
 
@@ -114,6 +114,8 @@ def _draw_way(axes: Axes, story: PlanStory, view) -> None:
         axes.plot(*path.poses[-1, :2], "s", color=_PATH_COLOR, markersize=7, fillstyle="none", markeredgewidth=1.6, zorder=7)
     if plan is not None and plan.waypoint is not None:
         axes.plot(*plan.waypoint[:2], "D", color=WAYPOINT_COLOR, markeredgecolor="black", markersize=7, zorder=7)
+    if path is not None:
+        axes.plot(*path.viewpoints[:, :2].T, "^", color=_VIEW_COLOR, markersize=5, fillstyle="none", zorder=6)
     goal = story.request.goal
     inside = np.clip(goal, [view[0] + 0.1, view[2] + 0.1], [view[1] - 0.1, view[3] - 0.1])
     axes.plot(*inside, "*", color=GOAL_COLOR, markersize=13, markeredgecolor="white", zorder=8)
@@ -173,9 +175,13 @@ def _legend(story: PlanStory, labels: list[Steppability]) -> list:
         handles.append(Patch(facecolor=(*color, 0.30), edgecolor=color, label=f"region seen, {name}:\ninset and boundary"))
     if story.torso_path is not None and len(story.torso_path.nodes):
         handles += [sign(".", color, f"torso node, {name}") for name, color in _NODE_COLORS.items()]
+    if story.torso_path is not None and len(story.torso_path.viewpoints):
+        handles.append(sign("^", _VIEW_COLOR, "viewpoint: it has looked from there", fillstyle="none"))
     if story.torso_path is not None and story.torso_path.success:
         handles.append(Line2D([], [], color=_PATH_COLOR, label="torso path"))
-        handles.append(sign("s", _PATH_COLOR, "its end (goal or sub-goal)", fillstyle="none"))
+        handles.append(
+            sign("s", _PATH_COLOR, f"its end, {'the goal' if story.torso_path.to_goal else 'a sub-goal'}", fillstyle="none")
+        )
     if story.foothold_plan is not None and story.foothold_plan.success:
         handles.append(sign("D", WAYPOINT_COLOR, "waypoint of the footholds", markeredgecolor="black"))
         handles += [sign("o", LEG_COLORS[leg], f"{leg.name} (ring: at first; n: after swing n)") for leg in Leg]

@@ -9,8 +9,8 @@ from quadpips_drake.trials.explaining.plan_stories import PlanStory
 from quadpips_drake.values.plans import FootholdPlan
 from quadpips_drake.values.swing_plan import SwingPlan
 
-_AT_GOAL = 0.05
-"""A path that ends so near to the goal leads there [m]."""
+_NEARER = 0.05
+"""A sub-goal that is nearer to the goal than where the path begins by more than this [m] is chosen for that."""
 
 
 def why_asked(story: PlanStory) -> str:
@@ -45,8 +45,11 @@ def torso_words(story: PlanStory) -> str:
     length = np.hypot(*np.diff(path.poses[:, :2], axis=0).T).sum()
     left = np.hypot(*(path.poses[-1, :2] - story.request.goal))
     whole = np.hypot(*(path.poses[0, :2] - story.request.goal))
-    end = "the goal" if left < _AT_GOAL else f"a sub-goal, {left:.2f} m from the goal ({whole:.2f} m from where it begins)"
-    return f"{length:.2f} m to {end}; {regions}, {nodes}"
+    why = "nearer to the goal" if left < whole - _NEARER else "from where more is to be seen"
+    end = (
+        "the goal" if path.to_goal else f"a sub-goal {why}, {left:.2f} m from the goal ({whole:.2f} m from where it begins)"
+    )
+    return f"{length:.2f} m to {end}; {regions}, {nodes}, {len(path.viewpoints)} viewpoints so far"
 
 
 def foothold_words(story: PlanStory, configured: str) -> str:
@@ -64,10 +67,9 @@ def foothold_words(story: PlanStory, configured: str) -> str:
         searched += ", cut short by the limit on computing time"
     if not plan.success:
         return f"none: {plan.reason} ({searched})"
-    if plan.gait == configured:
-        why = "the configured one"
-    else:
-        why = f"in place of the configured {configured}" if configured else "the planner's choice"
+    level = story.request.level
+    why = "the configured one" if plan.gait == configured else f"in place of {configured}" if configured else "the planner's"
+    why += f", at level {level} of escalation after failures or an instability" if level else ""
     where = "to the waypoint" if plan.complete else "towards the waypoint, which they do not reach"
     return f"{len(plan.swing_legs)} swings {where}; gait {plan.gait}, {why}; {searched}"
 

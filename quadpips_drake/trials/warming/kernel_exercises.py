@@ -16,13 +16,16 @@ def optimal_control() -> None:
     from quadpips_drake.control.mpc.real_time_iteration import MpcMemory, RealTimeIteration
     from quadpips_drake.robots.robot_library import load_robot
     from quadpips_drake.robots.standing import standing_state
-    from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer
+    from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer, known_ground
+    from quadpips_drake.values.regions import GroundHeights
 
     robot = load_robot(_ROBOT)
     state = standing_state(robot)
     optimizer = SwingOptimizer(robot)
     x0 = optimizer.model.state_from_robot_state(state)
-    reference = optimizer.optimize(x0, _two_steps(robot)).reference
+    plan = _two_steps(robot)
+    ground = known_ground(plan, heights=GroundHeights(0.0, np.zeros(2), 0.01, np.zeros((50, 20), np.float32)))
+    reference = optimizer.optimize(x0, plan, ground=ground).reference
     mpc, memory = RealTimeIteration(robot), MpcMemory.empty()
     for _ in range(2):
         memory = mpc.compute(state, reference, memory)
@@ -61,7 +64,8 @@ def planning() -> None:
     from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig, nearby_regions, regions_from_terrain
     from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
     from quadpips_drake.planning.footholds.foothold_search import search_footholds
-    from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
+    from quadpips_drake.planning.torso.torso_config import TorsoConfig
+    from quadpips_drake.planning.torso.torso_search import search_torso_path
     from quadpips_drake.robots.robot_library import load_robot
     from quadpips_drake.robots.standing import standing_state
     from quadpips_drake.terrain.library import load_terrain
@@ -74,6 +78,7 @@ def planning() -> None:
     regions = RegionSet(0.0, nearby_regions(everywhere, state.p_WB, config.radius))
     path = search_torso_path(state.p_WB, 0.0, regions, np.array([0.6, 0.0]), robot, TorsoConfig())
     search_footholds(state, regions, path, robot, FootholdConfig())
+    search_torso_path(state.p_WB, 0.0, regions, np.array([9.0, 0.0]), robot, TorsoConfig())  # by way of a sub-goal
 
 
 def whole_body_control() -> None:

@@ -12,8 +12,8 @@ import pytest
 from quadpips_drake.benchmark.bench.bench import JOURNAL, claim, rows_of, run_missing
 from quadpips_drake.benchmark.bench.journal import Journal, read_journal
 from quadpips_drake.benchmark.bench.process_pool import ProcessPool
-from quadpips_drake.benchmark.bench.reports import SUMMARY, write_reports
-from quadpips_drake.benchmark.bench.results import RESULTS
+from quadpips_drake.benchmark.bench.reporting.reports import SUMMARY, write_reports
+from quadpips_drake.benchmark.bench.reporting.results import RESULTS
 from quadpips_drake.benchmark.bench.settings import BenchSettings, Course, courses_of, difficulties_of, load_settings
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.terrain.suites import suite_terrains
@@ -184,8 +184,9 @@ def lines_of(path) -> int:
 
 
 def test_a_folder_is_for_one_bench(tmp_path):
+    claim(BenchSettings(), tmp_path, resume=False)
     claim(SETTINGS, tmp_path, resume=False)
-    assert load_settings(tmp_path) == SETTINGS
+    assert load_settings(tmp_path) == SETTINGS, "no trial of the other one is over"
     claim(SETTINGS, tmp_path, resume=True)
     run_here(tmp_path, fake_trials.quick)
     with pytest.raises(UserInputError, match="12 of 12 trials; add --resume"):
@@ -208,7 +209,7 @@ def test_a_folder_is_for_one_bench(tmp_path):
 def test_trials_of_a_bench():
     courses = courses_of(["anymal_c", "go2"], ["paper", "flat", "stairs"])
     paper = suite_terrains("paper", "go2")
-    assert [course.terrain for course in courses if course.robot == "go2"] == [*paper, "flat"]
+    assert [course.terrain for course in courses if course.robot == "go2"] == list(dict.fromkeys([*paper, "flat", "stairs"]))
     settings = BenchSettings(
         courses=courses, planners=["a", "b"], trials=2, seed=9, difficulties=difficulties_of("0.1:0.3:3")
     )

@@ -3,7 +3,7 @@
 import pytest
 from scipy.stats import binom
 
-from quadpips_drake.benchmark.bench.comparison import comparison, pairs
+from quadpips_drake.benchmark.bench.reporting.comparison import comparison, pairs
 from quadpips_drake.benchmark.bench.scores import Comparison, compared
 from quadpips_drake.errors import UserInputError
 from tests.benchmark.bench.fake_trials import SETTINGS, fake_row

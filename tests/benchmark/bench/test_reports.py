@@ -5,8 +5,8 @@ import re
 import matplotlib.image
 import pytest
 
-from quadpips_drake.benchmark.bench.pictures import difficulty_figure, pictures_of, progress_figure, timings_figure
-from quadpips_drake.benchmark.bench.reports import PAGE, SUMMARY, page_of, write_reports
+from quadpips_drake.benchmark.bench.reporting.pictures import difficulty_figure, pictures_of, progress_figure, timings_figure
+from quadpips_drake.benchmark.bench.reporting.reports import PAGE, SUMMARY, page_of, write_reports
 from quadpips_drake.benchmark.bench.settings import BenchSettings, Course, difficulties_of
 from tests.benchmark.bench.fake_trials import SETTINGS, fake_row
 

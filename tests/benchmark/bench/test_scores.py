@@ -4,11 +4,11 @@ import polars
 import pytest
 from scipy.stats import norm
 
-from quadpips_drake.benchmark.bench.published import GOALS_REACHED, TRIALS, published
-from quadpips_drake.benchmark.bench.results import results_table, write_results
+from quadpips_drake.benchmark.bench.reporting.published import GOALS_REACHED, TRIALS, published
+from quadpips_drake.benchmark.bench.reporting.results import results_table, write_results
+from quadpips_drake.benchmark.bench.reporting.summary import markdown_table, summary
 from quadpips_drake.benchmark.bench.scores import Score, tally
 from quadpips_drake.benchmark.bench.settings import BenchSettings
-from quadpips_drake.benchmark.bench.summary import markdown_table, summary
 from quadpips_drake.terrain.suites import suite_terrains
 from tests.benchmark.bench.fake_trials import SETTINGS, fake_row
 

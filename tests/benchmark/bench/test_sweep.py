@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from quadpips_drake.benchmark.bench.reporting.summary import summary
+from quadpips_drake.benchmark.bench.reporting.sweep import Sweep, difficulty_title, sweeps_of
 from quadpips_drake.benchmark.bench.scores import Score
 from quadpips_drake.benchmark.bench.settings import BenchSettings, Course, difficulties_of
-from quadpips_drake.benchmark.bench.summary import summary
-from quadpips_drake.benchmark.bench.sweep import Sweep, sweeps_of
 from tests.benchmark.bench.fake_trials import fake_row
 
 
@@ -50,6 +50,7 @@ def test_sweeps_are_found_in_rows_and_told():
     assert found.scores == [Score(4, 4), Score(4, 4), Score(0, 4)]
     assert found.half() == pytest.approx(0.25)
     text = summary(settings, rows)
-    assert "| go2 | flat | quadpips | 0.2 | 4/4 | 100 % | 51 % to 100 % |" in text
-    assert "| go2 | flat | quadpips | 0.25 |" in text
+    assert "| go2 | flat | quadpips | 0.2 | difficulty | 4/4 | 100 % | 51 % to 100 % |" in text
+    assert "| go2 | flat | quadpips | 0.25 | difficulty |" in text
+    assert difficulty_title("gap") == "width of the trench [m]"
     assert sweeps_of([{**row, "difficulty": None} for row in rows]) == {}

@@ -10,7 +10,9 @@ import pytest
 
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
-from quadpips_drake.planning.torso.torso_search import TorsoConfig, search_torso_path
+from quadpips_drake.planning.torso.subgoals import Exploration
+from quadpips_drake.planning.torso.torso_config import TorsoConfig
+from quadpips_drake.planning.torso.torso_search import search_torso_path
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.trials.explaining import plan_stories
@@ -76,10 +78,12 @@ def robot():
     return load_robot("anymal_c")
 
 
-def planned(robot, regions, request: PlanRequest, state=None) -> dict:
+def planned(robot, regions, request: PlanRequest, state=None, tried: Exploration | None = None) -> dict:
     """What the searches answer, and swings as if they had been optimised."""
     state = state or standing_state(robot)
-    path = search_torso_path(state.p_WB, 0.0, regions, request.goal, robot, TorsoConfig(), request_id=request.id)
+    path = search_torso_path(
+        state.p_WB, 0.0, regions, request.goal, robot, TorsoConfig(), request_id=request.id, exploration=tried
+    )
     path = replace(path, start=request.start)
     plan = search_footholds(state, path.regions, path, robot, FootholdConfig())
     answers = {"torso_path": path, "foothold_plan": plan}
@@ -129,14 +133,14 @@ def test_the_page_of_a_success(robot):
         "the robot <stands>",
         "to go on from plan 1 at t = 2.00 s, 1.00 s ahead",
         "joined to the plan before it from t = 1.10 s on, but ends early: <out of> reach",
-        "gait standing_trot, the planner's choice",
+        "gait standing_trot, the planner's;",
         "expansions in",
         "none: permitted",
         "no motion was found: <out of> reach",
         "3.0e-04",
     ):
         assert text in page.text, text
-    assert "m to the goal; " in page.text or "m to a sub-goal, " in page.text
+    assert "m to the goal; " in page.text or "m to a sub-goal nearer to the goal, " in page.text
     plan = explainer.plans.stories[0].foothold_plan
     assert plan.refusals
     for constraint, count in plan.refusals.items():
@@ -160,7 +164,8 @@ def test_the_page_of_a_planner_that_gave_up(robot):
     request = PlanRequest(1, 0.5, GOAL)
     status = PlannerStatus(0.5, PlannerPhase.PLANNING, "the robot stands")
     state = standing_state(robot, x=0.45)
-    answers = planned(robot, pit(), request, state)
+    all_seen = Exploration(GOAL, np.array([[0.45, 0.0, 0.0]]), detour=1000)
+    answers = planned(robot, pit(), request, state, all_seen)
     assert not answers["torso_path"].success
     nodes = answers["torso_path"].nodes
     assert nodes[answers["torso_path"].reached][:, 0].max() < 0.8 < 1.8 < nodes[~answers["torso_path"].reached][:, 0].min()
@@ -168,6 +173,7 @@ def test_the_page_of_a_planner_that_gave_up(robot):
     page = read(explained(robot, explainer, result(False, "no_plan", "5 plans in a row failed: the way is blocked")))
     assert "Why there is no plan" in page.text
     assert answers["torso_path"].reason in page.text
+    assert "the way is blocked: a gap 1.2" in page.text
     assert "Red nodes are poses with ground for all legs that no way leads to" in page.text
     assert page.pictures == 2, "the last map is shown with the reason, too"
 

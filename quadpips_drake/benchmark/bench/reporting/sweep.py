@@ -6,6 +6,7 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 
 from quadpips_drake.benchmark.bench.scores import Score, grouped, tally
+from quadpips_drake.terrain.library import terrain_difficulty, terrains
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,14 @@ class Sweep:
         above = np.flatnonzero(fit > 0.5)[-1 if falls else 0]
         ends = sorted((below, above))
         return float(np.interp(0.5, *zip(*sorted((fit[i], self.difficulties[i]) for i in ends), strict=True)))
+
+
+def difficulty_title(terrain: str) -> str:
+    """What the difficulty of a terrain is, with its unit; just "difficulty" where that is not known any more."""
+    kind = terrain_difficulty(terrain) if terrain in terrains else None
+    if kind is None:
+        return "difficulty"
+    return kind.title if kind.unit == "1" else f"{kind.title} [{kind.unit}]"
 
 
 def sweeps_of(rows: list[dict]) -> dict[tuple[str, str, str], Sweep]:

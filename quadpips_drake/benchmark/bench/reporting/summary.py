@@ -4,15 +4,15 @@ from collections import Counter
 
 import numpy as np
 
-from quadpips_drake.benchmark.bench.published import published
+from quadpips_drake.benchmark.bench.reporting.published import published
+from quadpips_drake.benchmark.bench.reporting.sweep import difficulty_title, sweeps_of
 from quadpips_drake.benchmark.bench.scores import CONFIDENCE, Score, grouped, score_of, tally
 from quadpips_drake.benchmark.bench.settings import BenchSettings
-from quadpips_drake.benchmark.bench.sweep import sweeps_of
 
 GROUP = ("robot", "terrain", "planner")
 """What is counted together."""
 SWINGS = "swing_trajectory"
-"""Key of the fallbacks that counts swings which the optimiser did not solve."""
+"""Key of the fallbacks that counts swings for which the optimiser found no feasible motion."""
 INTERVAL = f"{100 * CONFIDENCE:g} % interval (Wilson)"
 """Title of a column."""
 
@@ -25,9 +25,10 @@ def summary(settings: BenchSettings, rows: list[dict], pictures: dict[str, str] 
         rows: of the trials that are over, with "recording": a path to be shown, or None.
         pictures: file name -> what it shows.
     """
-    parts = [_head(settings, rows), _successes(rows), _sweeps(rows), _failures(rows), _motion(rows), _timings(rows)]
-    parts += [f"## {title}\n\n![{title}]({name})" for name, title in (pictures or {}).items()]
-    return "\n\n".join([*(part for part in parts if part), _versions(rows)]) + "\n"
+    shown = [f"## {title}\n\n![{title}]({name})" for name, title in (pictures or {}).items()]
+    parts = [_head(settings, rows), _successes(rows), _sweeps(rows), *shown]
+    parts += [_failures(rows), _motion(rows), _timings(rows), _versions(rows)]
+    return "\n\n".join(filter(None, parts)) + "\n"
 
 
 def markdown_table(head: list[str], lines: list[list]) -> str:
@@ -48,7 +49,7 @@ def _cell(value) -> str:
 def _head(settings: BenchSettings, rows: list[dict]) -> str:
     wanted = len(settings.trial_specs())
     seeds = f"{settings.seed} to {settings.seed + settings.trials - 1}" if settings.trials > 1 else f"{settings.seed}"
-    lines = ["# Bench", f"{len(rows)} trials: {score_of(rows).reached} reached the goal. Seeds {seeds}."]
+    lines = ["# Bench", f"Trials: {len(rows)}. Goals reached: {score_of(rows).reached}. Seeds: {seeds}."]
     if len(rows) < wanted:
         lines.append(f"**Not complete: {wanted - len(rows)} of {wanted} trials are missing.**")
     special = [f"regions: {settings.regions}"] if settings.regions else []
@@ -64,7 +65,7 @@ def _successes(rows: list[dict]) -> str:
     for (robot, planner), group in grouped(rows, ("robot", "planner")).items():
         scores = tally(group, ("terrain",))
         for (terrain,), score in scores.items():
-            lines.append([robot, terrain, planner, *_shown(score), published(robot, terrain) or "-"])
+            lines.append([robot, terrain, planner, *_shown(score), _paper(robot, terrain, group) or "-"])
         if len(scores) > 1:
             lines.append([robot, "**all**", planner, *_shown(score_of(group)), ""])
     note = "\n\nPaper: QuadPiPS (2026), ANYmal C, another simulator; for the obstructed beam its text and its figure differ."
@@ -73,6 +74,11 @@ def _successes(rows: list[dict]) -> str:
         + markdown_table(["robot", "terrain", "planner", "reached", "rate", INTERVAL, "paper"], lines)
         + (note if any(line[-1] not in ("-", "") for line in lines) else "")
     )
+
+
+def _paper(robot: str, terrain: str, rows: list[dict]) -> str:
+    """The paper's count, where the terrain is as in the paper."""
+    return "" if any(row["difficulty"] is not None for row in rows) else published(robot, terrain)
 
 
 def _shown(score: Score) -> list[str]:
@@ -90,26 +96,29 @@ def _sweeps(rows: list[dict]) -> str:
     if not sweeps:
         return ""
     lines = [
-        [*key, f"{difficulty:g}", *_shown(score)]
+        [*key, f"{difficulty:g}", difficulty_title(key[1]), *_shown(score)]
         for key, sweep in sweeps.items()
         for difficulty, score in zip(sweep.difficulties, sweep.scores, strict=True)
     ]
     found = {key: sweep.half() for key, sweep in sweeps.items()}
-    halves = [[*key, "not in this range" if half is None else f"{half:.3g}"] for key, half in found.items()]
+    halves = [
+        [*key, "not in this range" if half is None else f"{half:.3g}", difficulty_title(key[1])]
+        for key, half in found.items()
+    ]
     note = "Half succeed: where the isotonic (monotone least-squares) fit of the rates, joined by straight lines, is 50 %."
     head = ["robot", "terrain", "planner"]
     return "\n\n".join(
         [
             "## Success against difficulty",
-            markdown_table([*head, "difficulty at which half succeed"], halves),
+            markdown_table([*head, "difficulty at which half succeed", "of"], halves),
             note,
-            markdown_table([*head, "difficulty", "reached", "rate", INTERVAL], lines),
+            markdown_table([*head, "difficulty", "of", "reached", "rate", INTERVAL], lines),
         ]
     )
 
 
 def _failures(rows: list[dict]) -> str:
-    failures = [row for row in rows if not row["success"]]
+    failures = [row for group in grouped(rows, GROUP).values() for row in group if not row["success"]]
     if not failures:
         return ""
     reasons = Counter(row["reason"] for row in failures)
@@ -151,10 +160,10 @@ def _motion(rows: list[dict]) -> str:
         times = [row["sim_time"] for row in group if row["success"]]
         median = f"{np.median(times):.1f} s" if times else "-"
         lines.append([*key, swings, sum(row["replans"] for row in group), *feet, median, others])
-    head = ["robot", "terrain", "planner", "swings not optimised", "plans", "footholds", "missed", "slipped"]
+    head = ["robot", "terrain", "planner", "swings refused", "plans", "footholds", "missed", "slipped"]
     note = (
-        "Sums over all trials. A swing counts as not optimised when the optimiser found no motion that is feasible, and its "
-        "kinematic reference took its place. Missed and slipped footholds: see docs/running.md."
+        "Sums over all trials. A swing is refused when no feasible motion was found for it. Missed and slipped footholds: "
+        "see docs/running.md."
     )
     table = markdown_table([*head, "time to the goal, median", "other fallbacks"], lines)
     return f"## Swings, footholds, fallbacks\n\n{note}\n\n{table}"

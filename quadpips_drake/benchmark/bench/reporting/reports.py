@@ -7,10 +7,10 @@ from pathlib import Path
 
 from markdown_it import MarkdownIt
 
-from quadpips_drake.benchmark.bench.pictures import DPI, pictures_of
-from quadpips_drake.benchmark.bench.results import RESULTS, write_results
+from quadpips_drake.benchmark.bench.reporting.pictures import DPI, pictures_of
+from quadpips_drake.benchmark.bench.reporting.results import RESULTS, write_results
+from quadpips_drake.benchmark.bench.reporting.summary import summary
 from quadpips_drake.benchmark.bench.settings import BenchSettings
-from quadpips_drake.benchmark.bench.summary import summary
 from quadpips_drake.files import replacing, write_text
 
 SUMMARY, PAGE = "summary.md", "summary.html"

@@ -6,7 +6,7 @@ TRIALS = 10
 """Of each environment."""
 GOALS_REACHED = {
     "ramp_10": (10,),
-    "stairs": (9,),
+    "stairs_10": (9,),
     "rubble": (10,),
     "pegboard": (8,),
     "balance_beam": (10,),

@@ -7,10 +7,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from quadpips_drake.benchmark.bench.published import GOALS_REACHED, ROBOT, TRIALS
+from quadpips_drake.benchmark.bench.reporting.published import GOALS_REACHED, ROBOT, TRIALS
+from quadpips_drake.benchmark.bench.reporting.summary import stage_timings
+from quadpips_drake.benchmark.bench.reporting.sweep import difficulty_title, sweeps_of
 from quadpips_drake.benchmark.bench.scores import grouped, score_of
-from quadpips_drake.benchmark.bench.summary import stage_timings
-from quadpips_drake.benchmark.bench.sweep import sweeps_of
 
 DPI = 90
 
@@ -34,12 +34,12 @@ def progress_figure(rows: list[dict]) -> Figure:
     terrains = grouped(rows, ("terrain",))
     planners = {planner: f"C{k}" for k, (planner,) in enumerate(grouped(rows, ("planner",)))}
     figure = Figure(figsize=(9.0, 0.6 + 2.0 * len(terrains)), layout="constrained")
-    panels = figure.subplots(len(terrains), 2, squeeze=False, width_ratios=(1, 4))
+    panels = figure.subplots(len(terrains), 2, squeeze=False, width_ratios=(0.3 + 0.6 * len(planners), 4))
     for ((terrain,), group), (rates, curves) in zip(terrains.items(), panels, strict=True):
         for k, (planner, color) in enumerate(planners.items()):
             _draw_rate(rates, k, [row for row in group if row["planner"] == planner], color)
-        if group[0]["robot"] == ROBOT and terrain in GOALS_REACHED:
-            for count in GOALS_REACHED[terrain]:
+        if group[0]["robot"] == ROBOT and group[0]["difficulty"] is None:
+            for count in GOALS_REACHED.get(terrain, ()):
                 rates.axhline(count / TRIALS, color="0.45", linewidth=1.5, linestyle=":")
         rates.set(ylim=(0.0, 1.05), xticks=range(len(planners)), xlim=(-0.6, len(planners) - 0.4), ylabel="goals reached")
         rates.set_xticklabels(planners, fontsize="small")
@@ -110,12 +110,13 @@ def difficulty_figure(rows: list[dict]) -> Figure:
             half = sweep.half()
             label += "" if half is None else f": half at {half:.3g}"
             errors = [sweep.rates - low, high - sweep.rates]
-            axes.errorbar(sweep.difficulties, sweep.rates, errors, marker="o", linestyle="", capsize=3, color=f"C{k}")
+            beside = sweep.difficulties + 0.008 * k * np.ptp(sweep.difficulties)  # so that intervals can be told apart
+            axes.errorbar(beside, sweep.rates, errors, marker="o", linestyle="", capsize=3, color=f"C{k}")
             axes.plot(sweep.difficulties, sweep.fitted(), color=f"C{k}", label=label)
             if half is not None:
                 axes.plot(half, 0.5, "D", color=f"C{k}", markeredgecolor="black", markersize=7)
         axes.axhline(0.5, color="0.6", linewidth=0.8)
-        axes.set(ylim=(-0.04, 1.04), xlabel="difficulty", ylabel="goals reached")
+        axes.set(ylim=(-0.04, 1.04), xlabel=difficulty_title(terrain), ylabel="goals reached")
         axes.set_title(Path(terrain).stem, fontsize="medium", loc="left")
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small", loc="best")

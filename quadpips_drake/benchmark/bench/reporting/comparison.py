@@ -4,9 +4,9 @@ from pathlib import Path
 
 from quadpips_drake.benchmark.bench.bench import JOURNAL
 from quadpips_drake.benchmark.bench.journal import read_journal
+from quadpips_drake.benchmark.bench.reporting.summary import markdown_table, percent
 from quadpips_drake.benchmark.bench.scores import Comparison, compared, grouped
 from quadpips_drake.benchmark.bench.settings import load_settings
-from quadpips_drake.benchmark.bench.summary import markdown_table, percent
 from quadpips_drake.errors import UserInputError
 
 PAIRED_BY = ("robot", "terrain", "difficulty", "seed")

@@ -1,0 +1,44 @@
+"""How the foothold search tries harder after failures: never the same search twice from the same stance."""
+
+from dataclasses import dataclass, replace
+
+from quadpips_drake.gaits.swing_gaits import swing_gait
+from quadpips_drake.planning.footholds.foothold_config import MAX_EXPANSIONS, MAX_STEPS, FootholdConfig
+
+_WIDER = {"max_swing": 1.2, "max_rise": 1.2, "length_tolerance": 1.3, "max_support_distance": 1.5, "inward_pull": 0.0}
+"""Factors on limits that keep a margin: what the legs themselves allow is never exceeded."""
+
+
+@dataclass(frozen=True)
+class SearchEffort:
+    """What is different at one level of escalation."""
+
+    careful: bool
+    """Whether the legs swing as in ``careful_gait``."""
+    wide: bool
+    """Whether limits are wider."""
+    expansions: int
+    """Factor on their bound."""
+
+
+LEVELS = (
+    SearchEffort(careful=False, wide=False, expansions=1),
+    SearchEffort(careful=True, wide=False, expansions=2),
+    SearchEffort(careful=False, wide=True, expansions=4),
+    SearchEffort(careful=True, wide=True, expansions=8),
+)
+"""By level; further failures are like the last, but the torso search leads elsewhere each time."""
+
+
+def escalated(config: FootholdConfig, level: int) -> FootholdConfig:
+    """Returns the settings for a ``level`` of escalation; those of level 0 are ``config`` itself."""
+    step = LEVELS[min(max(level, 0), len(LEVELS) - 1)]
+    changes = {}
+    if step.careful:
+        swings = len(swing_gait(config.careful_gait).phases) / len(swing_gait(config.gait).phases)
+        changes |= {"gait": config.careful_gait, "max_steps": min(round(config.max_steps * swings), MAX_STEPS)}
+    if step.wide:
+        changes |= {name: factor * getattr(config, name) for name, factor in _WIDER.items()}
+    if step.expansions > 1:
+        changes["max_expansions"] = min(config.max_expansions * step.expansions, MAX_EXPANSIONS)
+    return replace(config, **changes) if changes else config

@@ -1,0 +1,33 @@
+"""After failures the search is another one, and what the legs allow is never exceeded."""
+
+import dataclasses
+
+from quadpips_drake.planning.footholds.escalation import LEVELS, escalated
+from quadpips_drake.planning.footholds.foothold_config import MAX_EXPANSIONS, FootholdConfig
+from quadpips_drake.robots.robot_library import load_robot
+from tests.planning.probe import planning_config, walk
+from tests.planning.probe_worlds import WORLDS
+
+CONFIG = FootholdConfig()
+
+
+def test_no_two_levels_are_alike():
+    levels = [escalated(CONFIG, level) for level in range(len(LEVELS))]
+    assert levels[0] is CONFIG
+    assert all(levels[i] != levels[j] for i in range(len(levels)) for j in range(i))
+    assert escalated(CONFIG, 99) == levels[-1] and escalated(CONFIG, -1) is CONFIG
+
+
+def test_single_swings_come_in_as_many_cycles():
+    assert escalated(CONFIG, 1).gait == CONFIG.careful_gait and escalated(CONFIG, 1).max_steps == 2 * CONFIG.max_steps
+    assert escalated(dataclasses.replace(CONFIG, max_steps=32), 1).max_steps == 32
+
+
+def test_expansions_stay_in_range():
+    large = dataclasses.replace(CONFIG, max_expansions=MAX_EXPANSIONS)
+    assert escalated(large, 3).max_expansions == MAX_EXPANSIONS
+
+
+def test_a_trench_that_needs_wider_limits_is_crossed():
+    report = walk(WORLDS["trench"](0.45), load_robot("anymal_c"), planning_config("anymal_c"), max_plans=12)
+    assert report.reached and report.failures
