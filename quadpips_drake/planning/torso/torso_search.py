@@ -14,6 +14,7 @@ from quadpips_drake.planning.torso.torso_path import join_path
 from quadpips_drake.values.plans import TorsoPath
 from quadpips_drake.values.regions import RegionSet
 
+_NO_POSES = np.zeros((0, 4))
 _AT_GOAL = 0.3
 """A goal nearer than this [m] has no direction."""
 
@@ -50,8 +51,7 @@ def search_torso_path(
     p_WB, goal_xy, yaw = np.asarray(p_WB, dtype=float), np.asarray(goal_xy, dtype=float), float(yaw)
     exploration = exploration or Exploration().standing_at((*p_WB[:2], yaw), goal_xy)
 
-    def result(poses=None, reason="", to_goal=False, **nodes):
-        poses = np.zeros((0, 4)) if poses is None else poses
+    def result(poses=_NO_POSES, reason="", to_goal=False, **nodes):
         return TorsoPath(regions.stamp, request_id, poses, regions, reason, level, to_goal, exploration.viewpoints, **nodes)
 
     near, reason = _ground_near(regions, p_WB, config)
