@@ -16,12 +16,12 @@ _STYLES = ("-", "--", ":")
 _EVENT_COLOR, _FIRST_COLOR = "0.35", (0.85, 0.10, 0.15)
 
 
-def failure_figure(moments: LastMoments, events: list[Event]) -> Figure:
-    """Returns base, feet, contacts and torques over time; ``events`` are numbered at the top, the first one in red."""
+def failure_figure(moments: LastMoments, events: list[Event], first: int | None = None) -> Figure:
+    """Returns base, feet, contacts and torques over time; ``events`` are numbered at the top, ``first`` is red."""
     figure = Figure(figsize=(12.0, 15.0), layout="constrained")
     heights = [0.5, 1.1, 1.1, 1.1, 1.0, *[1.0] * len(Leg), 1.3, 1.5]
     rows = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
-    _draw_events(rows, events)
+    _draw_events(rows, events, first)
     names = ("height z [m]", "roll [deg]", "pitch [deg]", "yaw [deg]")
     for axes, column, name in zip(rows[1:5], (2, 3, 4, 5), names, strict=True):
         scale = 1.0 if column == 2 else 180.0 / np.pi
@@ -45,10 +45,9 @@ def failure_figure(moments: LastMoments, events: list[Event]) -> Figure:
     return figure
 
 
-def _draw_events(rows, events: list[Event]) -> None:
-    """A line down all rows for each event, with its number in the list at the top; the first event is red."""
+def _draw_events(rows, events: list[Event], first: int | None) -> None:
+    """A line down all rows for each event, with its number in the list at the top; the first of the chain is red."""
     axes, level = rows[0], 0
-    first = next((k for k, event in enumerate(events) if event.kind != "told"), None)
     for k, event in enumerate(events):
         color = _FIRST_COLOR if k == first else _EVENT_COLOR
         for row in rows:

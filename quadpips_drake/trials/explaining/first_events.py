@@ -41,12 +41,18 @@ class Bounds:
     """A base so far above or below the height that was asked [m]."""
     aside: float = 0.10
     """A base so far from the place that was asked, horizontally [m]."""
+    held: float = 0.5
+    """So long after a reference was lost its last values still count [s]."""
     stop: float = 0.003
     """A joint so near to the end of its range [rad] is at its stop."""
     saturation: float = 0.98
     """A torque of so much of its limit [1] ..."""
     saturated: float = 0.05
     """... for so long [s] is saturated."""
+    soon: float = 0.3
+    """What happens again within this time [s] still is the same event."""
+    pause: float = 0.75
+    """A time without events [s] ends the chain that leads to the end, seen from there."""
     near: float = 0.015
     """Heights that differ by less than this are called the same [m]."""
 
@@ -63,6 +69,8 @@ class Event:
     kind: str
     """A key of KINDS."""
     text: str
+    until: float = -np.inf
+    """When it was over [s]; before ``time``: at once."""
 
 
 KINDS = {
@@ -93,27 +101,40 @@ def events_of(moments: LastMoments, bounds: Bounds = BOUNDS) -> list[Event]:
     """Returns all events in order of time; of those at one time, feet come before the body."""
     events = [event for leg in Leg for event in _contact_events(moments, leg, bounds)]
     events += [event for leg in Leg for event in _slips(moments, leg, bounds)]
-    events += _link_events(moments)
+    events += _link_events(moments, bounds)
     events += _joint_events(moments, bounds) + _base_events(moments, bounds)
     events += [Event(time, "told", text) for time, text in moments.told]
-    events = [replace(event, time=float(event.time)) for event in events]
+    events = [replace(event, time=float(event.time), until=float(event.until)) for event in events]
     return sorted(events, key=lambda event: event.time)  # a stable sort
 
 
-def story_of(events: list[Event], end: str, end_time: float, *, most: int = 4) -> str:
+def chain_of(events: list[Event], end_time: float, bounds: Bounds = BOUNDS) -> list[Event]:
+    """Returns the events, but ``told``, that led to the end of the trial [s]: those before it without a pause in between."""
+    chain: list[Event] = []
+    begin = end_time
+    for event in sorted(events, key=lambda event: max(event.time, event.until), reverse=True):
+        if event.kind == "told":
+            continue
+        if max(event.time, event.until) < begin - bounds.pause:
+            break
+        chain.append(event)
+        begin = min(begin, event.time)
+    return [event for event in events if event in chain]
+
+
+def story_of(chain: list[Event], end: str, end_time: float, *, most: int = 4) -> str:
     """Returns one sentence: what came first, what followed, how it ended.
 
     Args:
-        events: of ``events_of``.
+        chain: of ``chain_of``.
         end: how the trial ended.
         end_time: when [s].
         most: events that are named after the first, one of each kind.
     """
-    own = [event for event in events if event.kind != "told"]
-    if not own:
-        return f"By the rules below nothing went wrong before t = {end_time:.2f} s: {end}."
-    named, kinds = [own[0]], {own[0].kind}
-    for event in own[1:]:
+    if not chain:
+        return f"By the rules below nothing led to the end: t = {end_time:.2f} s: {end}."
+    named, kinds = [chain[0]], {chain[0].kind}
+    for event in chain[1:]:
         if event.kind not in kinds and len(named) <= most:
             named.append(event)
             kinds.add(event.kind)
@@ -124,6 +145,16 @@ def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
     """First index of each run of True, and the index after its last."""
     changes = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(int)))
     return list(zip(changes[::2].tolist(), changes[1::2].tolist(), strict=True))
+
+
+def _spans(flags: np.ndarray, time: np.ndarray, bounds: Bounds) -> list[tuple[int, int]]:
+    """The same, with runs made one that follow each other soon."""
+    spans: list[tuple[int, int]] = []
+    for a, b in _runs(flags):
+        if spans and time[a] - time[spans[-1][1] - 1] < bounds.soon:
+            a = spans.pop()[0]
+        spans.append((a, b))
+    return spans
 
 
 def _contact_events(moments: LastMoments, leg: Leg, bounds: Bounds) -> list[Event]:
@@ -146,7 +177,7 @@ def _in_swing(moments: LastMoments, leg: Leg, a: int, b: int, bounds: Bounds) ->
     if not free:
         until = time[b - 1] - liftoff
         lasts = down.all() and until >= bounds.stuck - 1e-9
-        return Event(liftoff + bounds.stuck, "stuck", f"{leg.name} did not leave the ground") if lasts else None
+        return Event(liftoff + bounds.stuck, "stuck", f"{leg.name} did not leave the ground", time[b - 1]) if lasts else None
     k = a + free[0][1]
     if k >= b:
         return None
@@ -171,7 +202,7 @@ def _astray(moments: LastMoments, leg: Leg, a: int, b: int, bounds: Bounds) -> E
     if len(beyond) == 0:
         return None
     text = f"{leg.name} was astray, {100 * bounds.astray:.0f} cm and later {100 * np.nanmax(error):.0f} cm from its way"
-    return Event(moments.time[a + beyond[0]], "astray", text)
+    return Event(moments.time[a + beyond[0]], "astray", text, moments.time[a + beyond[-1]])
 
 
 def _off_its_way(moments: LastMoments, leg: Leg, k: int, bounds: Bounds) -> str:
@@ -210,9 +241,11 @@ def _in_stance(moments: LastMoments, leg: Leg, a: int, b: int, bounds: Bounds) -
         end = f"for {lasted:.2f} s" if last < b else "any more"
         if due:
             came = f"came down {lasted:.2f} s late" if last < b else f"found no ground within {lasted:.2f} s"
-            events.append(Event(time[first], "late contact", f"{leg.name} {came}{_foothold_error(moments, leg, a, bounds)}"))
+            text = f"{leg.name} {came}{_foothold_error(moments, leg, a, bounds)}"
+            events.append(Event(time[first], "late contact", text, time[last - 1]))
         else:
-            events.append(Event(time[first], "lost contact", f"{leg.name}, which was to stand, had no ground {end}"))
+            text = f"{leg.name}, which was to stand, had no ground {end}"
+            events.append(Event(time[first], "lost contact", text, time[last - 1]))
     return events
 
 
@@ -239,17 +272,15 @@ def _slips(moments: LastMoments, leg: Leg, bounds: Bounds) -> list[Event]:
         moved = np.hypot(*(moments.feet[settled:b, leg, :2] - moments.feet[settled, leg, :2]).T)
         beyond = np.flatnonzero(moved > bounds.slip)
         if len(beyond):
-            when = time[settled + beyond[0]]
-            events.append(
-                Event(when, "slip", f"{leg.name} slipped, by {100 * moved.max():.0f} cm until t = {time[b - 1]:.2f} s")
-            )
+            until = time[settled + int(np.argmax(moved))]
+            text = f"{leg.name} slipped, by {100 * moved.max():.0f} cm until t = {until:.2f} s"
+            events.append(Event(time[settled + beyond[0]], "slip", text, until))
     return events
 
 
 def _base_events(moments: LastMoments, bounds: Bounds) -> list[Event]:
-    """When the base left what was asked, each kind once."""
-    asked = _held(moments.asked_base, moments.base)
-    error = moments.base - asked
+    """When the base left what was asked."""
+    error = moments.base - _held(moments, bounds)
     error[:, 3:] = wrap_angle(error[:, 3:])
     checks = [
         ("tilt", error[:, 3], bounds.tilt, "roll is {:+.2f} rad off"),
@@ -257,35 +288,36 @@ def _base_events(moments: LastMoments, bounds: Bounds) -> list[Event]:
         ("height", error[:, 2], bounds.sink, "the base is {:+.2f} m off its height"),
         ("aside", np.hypot(error[:, 0], error[:, 1]), bounds.aside, "the base is {:.2f} m off its way"),
     ]
-    events = []
-    for kind, values, bound, text in checks:
-        beyond = np.flatnonzero(np.abs(values) > bound)
-        if len(beyond):
-            since = " already" if beyond[0] == 0 else ""
-            events.append(Event(moments.time[beyond[0]], kind, text.format(values[beyond[0]]) + since))
-    return events
-
-
-def _held(asked: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """``asked`` with the last known row where there is none; before the first, and without any, the first measured one."""
-    known = ~np.isnan(asked).any(axis=1)
-    last = np.maximum.accumulate(np.where(known, np.arange(len(asked)), -1))
-    return np.where((last >= 0)[:, None], asked[last], measured[0])
-
-
-def _link_events(moments: LastMoments) -> list[Event]:
-    """When links touched something, and each other; each once."""
-    since = [np.flatnonzero(flags) for flags in moments.touches.T]
-    events = [
-        Event(moments.time[rows[0]], "link", f"{_called(link)} touched something")
-        for link, rows in zip(LINK_NAMES, since, strict=True)
-        if len(rows)
+    return [
+        Event(moments.time[a], kind, text.format(values[a]), moments.time[b - 1])
+        for kind, values, bound, text in checks
+        for a, b in _spans(np.abs(values) > bound, moments.time, bounds)
     ]
-    met = set()
-    for time, one, other in moments.itself:
-        if (one, other) not in met:
-            events.append(Event(time, "itself", f"{_called(other)} touched {_called(one)}: the robot hit itself"))
-            met.add((one, other))
+
+
+def _held(moments: LastMoments, bounds: Bounds) -> np.ndarray:
+    """``asked_base``; where there is none its last row, and after a while where the base was then: it is to stand there."""
+    time, asked, known = moments.time, moments.asked_base.copy(), ~np.isnan(moments.asked_base).any(axis=1)
+    for a, b in _runs(~known):
+        anew = a if a == 0 else a + int(np.searchsorted(time[a:b] - time[a], bounds.held))
+        asked[a:anew] = asked[a - 1]
+        if anew < b:
+            asked[anew:b] = moments.base[anew]
+    return asked
+
+
+def _link_events(moments: LastMoments, bounds: Bounds) -> list[Event]:
+    """When links touched something, and each other."""
+    time = moments.time
+    events = [
+        Event(time[a], "link", f"{_called(link)} touched something", time[b - 1])
+        for link, flags in zip(LINK_NAMES, moments.touches.T, strict=True)
+        for a, b in _spans(flags, time, bounds)
+    ]
+    for one, other in dict.fromkeys(entry[1:] for entry in moments.itself):
+        met = np.isin(time, [when for when, *pair in moments.itself if tuple(pair) == (one, other)])
+        text = f"{_called(other)} touched {_called(one)}: the robot hit itself"
+        events += [Event(time[a], "itself", text, time[b - 1]) for a, b in _spans(met, time, bounds)]
     return events
 
 
@@ -295,17 +327,19 @@ def _called(link: str) -> str:
 
 
 def _joint_events(moments: LastMoments, bounds: Bounds) -> list[Event]:
-    """When joints came to their stops and to their torque limits, each once."""
-    events = []
+    """When joints came to their stops and to their torque limits."""
+    events, time = [], moments.time
     lower, upper = moments.joint_limits
     for joint, (name, limit) in enumerate(zip(moments.joint_names, moments.torque_limits, strict=True)):
-        for a, b in _runs(np.abs(moments.torques[:, joint]) >= bounds.saturation * limit):
-            if moments.time[b - 1] - moments.time[a] >= bounds.saturated - 1e-9:
-                events.append(Event(moments.time[a], "torque", f"joint {name} came to its torque limit of {limit:.0f} N m"))
-                break
+        flags = np.abs(moments.torques[:, joint]) >= bounds.saturation * limit
+        for a, b in _runs(flags):
+            flags[a:b] = time[b - 1] - time[a] >= bounds.saturated - 1e-9
+        text = f"joint {name} came to its torque limit of {limit:.0f} N m"
+        events += [Event(time[a], "torque", text, time[b - 1]) for a, b in _spans(flags, time, bounds)]
         position = moments.joints[:, joint]
-        at_stop = np.flatnonzero(np.minimum(position - lower[joint], upper[joint] - position) < bounds.stop)
-        if len(at_stop):
-            text = f"joint {name} came to its stop at {position[at_stop[0]]:.2f} rad"
-            events.append(Event(moments.time[at_stop[0]], "joint stop", text))
+        flags = np.minimum(position - lower[joint], upper[joint] - position) < bounds.stop
+        for a, b in _spans(flags, time, bounds):
+            events.append(
+                Event(time[a], "joint stop", f"joint {name} came to its stop at {position[a]:.2f} rad", time[b - 1])
+            )
     return events

@@ -1,7 +1,7 @@
 """What was asked of a robot and what it did, over the last seconds of a trial."""
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,8 +14,10 @@ from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.status import SafetyStatus
 
-SPAN = 2.0
-"""How much of the end of a trial is looked at [s]."""
+SPAN = 10.0
+"""How much of the end of a trial is kept [s]."""
+SHOWN = 2.0
+"""How much of it is shown at least [s]."""
 _MOST = 2000
 """Entries of what happens now and then that are kept."""
 
@@ -65,6 +67,13 @@ class LastMoments:
     """(time [s], link, link): of its own links that touch each other."""
     told: tuple = ()
     """(time [s], what the safety monitor said then)."""
+
+    def since(self, time: float) -> "LastMoments":
+        """Returns those from a time on [s]."""
+        kept, whole = self.time >= time - 1e-9, ("joint_limits", "torque_limits")
+        arrays = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray) and name not in whole}
+        later = {name: tuple(e for e in getattr(self, name) if e[0] >= time - 1e-9) for name in ("itself", "told")}
+        return replace(self, **{name: value[kept] for name, value in arrays.items()}, **later)
 
 
 class MomentRecorder:

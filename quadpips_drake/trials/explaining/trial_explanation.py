@@ -7,8 +7,8 @@ import numpy as np
 from quadpips_drake.html_page import page, picture, table
 from quadpips_drake.trials.explaining.explainer import Explainer
 from quadpips_drake.trials.explaining.failure_figure import failure_figure
-from quadpips_drake.trials.explaining.first_events import Event, events_of, rules_in_words, story_of
-from quadpips_drake.trials.explaining.last_moments import SPAN, LastMoments
+from quadpips_drake.trials.explaining.first_events import BOUNDS, chain_of, events_of, rules_in_words, story_of
+from quadpips_drake.trials.explaining.last_moments import SHOWN, SPAN, LastMoments
 from quadpips_drake.trials.explaining.plan_map import plan_map
 from quadpips_drake.trials.explaining.plan_stories import FIRST, LAST, PlanStory
 from quadpips_drake.trials.explaining.plan_words import (
@@ -33,7 +33,7 @@ def explanation_of(trial, explainer: Explainer, result: TrialResult) -> str:
     if result.reason == "no_plan" and stories:
         parts.append(_no_plan(stories[-1], trial, result))
     if not result.success and moments is not None:
-        parts.append(_end(moments, events_of(moments), result))
+        parts.append(_end(moments, result))
     if stories:
         parts.append(_overview(stories, explainer.plans.left_out))
         configured = _configured_gait(trial.config)
@@ -55,21 +55,28 @@ def _outcome(result: TrialResult) -> str:
     return f"<p>{escape(ended)}{escape(f': {result.detail}' if result.detail else '')}. Times t are simulated ones.</p>"
 
 
-def _end(moments: LastMoments, events: list[Event], result: TrialResult) -> str:
+def _end(moments: LastMoments, result: TrialResult) -> str:
     """The section about the last moments of a failure."""
-    if not events and result.reason not in ("fell", "left_terrain"):
-        return f"<p>In the last {SPAN:g} s, nothing went wrong by the rules for falls.</p>"
+    events = events_of(moments)
+    chain = chain_of(events, result.sim_time)
+    if not chain and result.reason not in ("fell", "left_terrain"):
+        return "<p>Nothing went wrong at the end by the rules for falls.</p>"
+    begin = min([result.sim_time - SHOWN, *(event.time - 0.3 for event in chain)])
+    events, moments = [event for event in events if event.time >= begin], moments.since(begin)
     end = f"{result.reason.replace('_', ' ')} ({result.detail})" if result.detail else result.reason.replace("_", " ")
-    first = next((k for k, event in enumerate(events) if event.kind != "told"), None)
+    first = events.index(chain[0]) if chain else None
     rows = ((k + 1, f"{event.time:.2f}", escape(event.kind), escape(event.text)) for k, event in enumerate(events))
     rules = "".join(f"<li><b>{escape(kind)}</b>: {escape(text)}</li>" for kind, text in rules_in_words().items())
-    return f"""<h2>The last {SPAN:g} s: what was asked and what happened</h2>
-<p class="story">{escape(story_of(events, end, result.sim_time))}</p>
+    figure = failure_figure(moments, events, first)
+    return f"""<h2>The last {result.sim_time - begin:.1f} s: what was asked and what happened</h2>
+<p class="story">{escape(story_of(chain, end, result.sim_time))}</p>
 {table(("event", "t [s]", "kind", "what"), rows, text=(2, 3), first=first)}
-<p>{picture(failure_figure(moments, events), "base, feet, contacts and torques over the last seconds")}</p>
+<p>{picture(figure, "base, feet, contacts and torques over the last seconds")}</p>
 <details><summary>The rules by which events are found</summary><ul>{rules}</ul>
-<p>Only the last {SPAN:g} s are looked at; the earliest of these events, but for the last kind, counts as the first. It is
-where to look, no proof of the cause.</p></details>"""
+<p>The first event (red) is the earliest of the chain that leads to the end: going back from there, events without a pause
+of {BOUNDS.pause:g} s between the end of one and the beginning of the next, but for those of the last kind. At least the last
+{SHOWN:g} s are shown, at most {SPAN:g} s are looked at. The first event is where to look, no proof of the
+cause.</p></details>"""
 
 
 def _no_plan(story: PlanStory, trial, result: TrialResult) -> str:

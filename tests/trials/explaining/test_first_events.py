@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from quadpips_drake.robots.robot_model import LINK_NAMES
-from quadpips_drake.trials.explaining.first_events import BOUNDS, KINDS, events_of, rules_in_words, story_of
+from quadpips_drake.trials.explaining.first_events import BOUNDS, KINDS, chain_of, events_of, rules_in_words, story_of
 from quadpips_drake.values.legs import Leg
 from tests.trials.explaining.hand_made import free, sliding, standing, tilting, touching, with_swing
 
 
-def story(moments) -> str:
-    return story_of(events_of(moments), "fell (roll or pitch reached 0.82 rad)", 2.0)
+def story(moments, end=2.0) -> str:
+    return story_of(chain_of(events_of(moments), end), "fell (roll or pitch reached 0.82 rad)", end)
 
 
 def kinds(moments) -> list[str]:
@@ -24,7 +24,7 @@ def test_a_robot_that_does_what_it_is_asked_to_does_nothing_wrong():
     for leg in Leg:
         trot = with_swing(trot, leg, 0.3 + 0.4 * (leg in (Leg.RF, Leg.LH)), 0.7 + 0.4 * (leg in (Leg.RF, Leg.LH)))
     assert kinds(standing()) == kinds(trot) == []
-    assert story(trot).startswith("By the rules below nothing went wrong before t = 2.00 s: fell")
+    assert story(trot).startswith("By the rules below nothing led to the end: t = 2.00 s: fell")
 
 
 def test_small_differences_are_no_events():
@@ -49,7 +49,7 @@ def test_an_early_contact_comes_first():
 def test_an_edge_on_the_way_is_told_from_ground_by_the_force():
     moments = with_swing(standing(), Leg.RH, 0.5, 0.9)
     touching(moments, Leg.RH, 0.70, 0.75, height=0.02, force=(-90.0, 0.0, 20.0))
-    assert "RH touched 0.20 s early, 8 cm below its way: it hit something from the side" in story(moments)
+    assert "RH touched 0.20 s early, 8 cm below its way: it hit something from the side" in story(moments, end=1.2)
 
 
 def test_a_late_contact_comes_first():
@@ -83,7 +83,7 @@ def test_a_tilt_comes_first():
 def test_a_foot_that_stays_behind():
     moments = with_swing(standing(), Leg.LF, 0.5, 0.9)
     touching(moments, Leg.LF, 0.5, 0.9, height=0.0, force=(0.0, 0.0, 90.0))
-    assert "t = 0.60 s: LF did not leave the ground" in story(moments)
+    assert "t = 0.60 s: LF did not leave the ground" in story(moments, end=1.2)
 
 
 def test_torques_height_and_place_count_too():
@@ -101,9 +101,8 @@ def test_a_joint_at_its_stop_and_the_foot_that_goes_astray():
     moments.joints[60:70, 10] = 0.999
     moments.feet[65:80, Leg.RH, 0] += 0.06
     assert kinds(moments) == ["joint stop", "astray"]
-    assert story(moments).startswith(
-        "t = 0.60 s: joint RH_HFE came to its stop at 1.00 rad; then t = 0.65 s: RH was astray, 5 cm"
-    )
+    said = story(moments, end=1.2)
+    assert said.startswith("t = 0.60 s: joint RH_HFE came to its stop at 1.00 rad; then t = 0.65 s: RH was astray, 5 cm")
 
 
 def test_a_thigh_that_hits_a_step_comes_first():
@@ -139,6 +138,31 @@ def test_what_the_safety_monitor_does_is_never_first():
     moments = replace(tilting(standing(), 0.505, 0.5), told=((0.4, "the safety monitor took the reference away: slip"),))
     assert kinds(moments) == ["told", "tilt"]
     assert story(moments).startswith("t = 0.71 s: roll")
+
+
+def test_what_was_over_long_before_did_not_lead_to_the_end():
+    moments = tilting(standing(601), 5.005, 0.5)
+    moments.touches[420:425, LINK_NAMES.index("LH_SHANK")] = True
+    assert kinds(moments) == ["link", "tilt"]
+    assert story(moments, end=6.0).startswith("t = 5.21 s: roll")
+    free(moments, Leg.RF, 3.0, 4.6)
+    assert story(moments, end=6.0).startswith(
+        "t = 3.00 s: RF, which was to stand, had no ground for 1.60 s; then t = 4.20 s"
+    )
+
+
+def test_moments_of_the_end_alone():
+    moments = replace(standing(), itself=((0.5, "base", "LF_THIGH"), (1.5, "base", "LF_THIGH"))).since(1.0)
+    assert len(moments.time) == len(moments.swing_times) == 101 and moments.time[0] == 1.0
+    assert len(moments.itself) == 1 and len(moments.torque_limits) == 12 and moments.joint_limits.shape == (2, 12)
+
+
+def test_a_robot_that_stands_anew_after_its_reference_was_lost():
+    moments = standing(401)
+    moments.asked_base[100:] = np.nan
+    moments.base[120:, 1] += 0.3
+    (event,) = events_of(moments)
+    assert (event.kind, event.time, event.until) == ("aside", 1.2, pytest.approx(1.49))
 
 
 def test_of_each_kind_the_first_is_told():

@@ -212,5 +212,5 @@ def test_explaining_changes_no_bit(tmp_path):
     assert "failure: timeout" in page.text
     assert "Plan 1" in page.text
     assert re.search(r"\d swings to(wards)? the waypoint", page.text)
-    assert "In the last 2 s, nothing went wrong by the rules for falls" in page.text
+    assert "Nothing went wrong at the end by the rules for falls" in page.text
     assert (tmp_path / "with" / "explain.html").stat().st_size < 2_000_000
