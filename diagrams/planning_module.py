@@ -52,6 +52,7 @@ class PlanningModule(Diagram):
         - foothold_plan
         - torso_path
         - swing_plan
+        - plan_request
 
     - robot_state: RobotState, frame W.
     - region_set: RegionSet, frame W.
@@ -63,6 +64,7 @@ class PlanningModule(Diagram):
     - plan: PlanSketch of the footholds, frame W.
     - status: PlannerStatus, what is going on.
     - foothold_plan, torso_path, swing_plan: what the stages made of the last request.
+    - plan_request: PlanRequest, the last one.
     """
 
     def __init__(self, robot: RobotModel, config: PlanningConfig | None = None, *, timings: StageTimings | None = None):
@@ -106,5 +108,6 @@ class PlanningModule(Diagram):
         builder.ExportOutput(footholds.GetOutputPort("foothold_plan"), "foothold_plan")
         builder.ExportOutput(torso.GetOutputPort("torso_path"), "torso_path")
         builder.ExportOutput(swings.GetOutputPort("swing_plan"), "swing_plan")
+        builder.ExportOutput(monitor.GetOutputPort("plan_request"), "plan_request")
         builder.BuildInto(self)
         self.set_name("planning")

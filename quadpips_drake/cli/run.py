@@ -89,6 +89,10 @@ def run(
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
     profile: Profile = False,
+    explain: Annotated[
+        bool,
+        typer.Option("--explain", help="Also write explain.html: how each plan came about, and what went wrong first."),
+    ] = False,
     sets: Sets = None,
 ):
     """Let a robot walk from start to goal by its own camera, in simulation.
@@ -106,7 +110,7 @@ def run(
 
     host = watched_from(meshcat, meshcat_host)
     out = out or default_directory(config)
-    options = {"overwrite": overwrite, "profile": profile, "meshcat_host": host}
+    options = {"overwrite": overwrite, "profile": profile, "explain": explain, "meshcat_host": host}
     raise typer.Exit(run_and_report(run_trial, config, out, recording=not no_recording, **options))
 
 

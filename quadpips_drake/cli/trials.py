@@ -142,6 +142,8 @@ def run_and_report(
     there = _contents(out)
     if "recording.html" in there:
         console.say(f"recording: {out / 'recording.html'} (open it in a browser)")
+    if "explain.html" in there:
+        console.say(f"explained: {out / 'explain.html'} (open it in a browser)")
     if "profile.html" in there:
         console.say(f"profile:   {out / 'profile.html'} (open it in a browser)")
     if "result.json" in there:

@@ -83,6 +83,18 @@ def overlaps(query: QueryObject, geometries: ContactGeometries, others: set[Geom
     return any({pair.id_A, pair.id_B} & own and {pair.id_A, pair.id_B} & others for pair in pairs)
 
 
+def links_touching_each_other(results: ContactResults, geometries: ContactGeometries) -> list[tuple[str, str]]:
+    """Returns the pairs of the robot's own links that touch each other, feet included with their shanks; each once."""
+    owner = geometries.body | {geometry: f"{Leg(leg).name}_SHANK" for geometry, leg in geometries.feet.items()}
+    pairs = []
+    for i in range(results.num_point_pair_contacts()):
+        pair = results.point_pair_contact_info(i).point_pair()
+        links = owner.get(pair.id_A), owner.get(pair.id_B)
+        if None not in links and links not in pairs:
+            pairs.append(links)
+    return pairs
+
+
 def deepest_overlap(query: QueryObject, geometries: ContactGeometries, foot_radius: float) -> tuple[str, str, float] | None:
     """Returns which link is deepest inside something that is not the robot: its name, the other shape's, the depth [m].
 

@@ -20,6 +20,8 @@ class Observation:
     """Centres of the feet in W [m], (4, 3)."""
     body_touches: bool
     """Whether the torso touches anything."""
+    touching: tuple
+    """Names of all links that touch anything other than with a foot."""
     reference: WholeBodyReference
     """What is being tracked."""
     command: WholeBodyCommand
@@ -51,6 +53,7 @@ def observe(diagram, context) -> Observation:
         robot_state=state,
         foot_positions=diagram.robot.foot_positions_W(state),
         body_touches="base" in links,
+        touching=tuple(links),
         reference=read(diagram, "reference", context),
         command=wbc,
         fallbacks={

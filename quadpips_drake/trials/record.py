@@ -11,6 +11,8 @@ from quadpips_drake.configuration.loading import save_config
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.files import replacing, write_text
 from quadpips_drake.interruption import undisturbed
+from quadpips_drake.trials.explaining.explainer import Explainer
+from quadpips_drake.trials.explaining.trial_explanation import explanation_of
 from quadpips_drake.trials.profiling.simulation_profiler import SimulationProfiler
 from quadpips_drake.trials.profiling.trial_profile import profile_of
 from quadpips_drake.trials.result import TrialResult, installed_versions
@@ -29,13 +31,14 @@ def record_trial(
     recording: bool,
     overwrite: bool = False,
     profile: bool = False,
+    explain: bool = False,
     meshcat=None,
     progress: Callable[[float], None] | None = None,
     announce: Callable[[str], None] = lambda text: None,
     warm_up: Callable[[], object] = warm_up,
     **options,
 ) -> TrialResult:
-    """Runs a trial and writes result.json, config.yaml, log.npz and, if wanted, recording.html and a profile into ``out``.
+    """Runs a trial and writes result.json, config.yaml, log.npz and, if wanted, recording.html and more into ``out``.
 
     What was computed is written even when the trial is interrupted or breaks off; then error.txt has the details. For a
     start or goal that makes no sense result.json says so before the UserInputError goes on to the caller. Results of an
@@ -48,6 +51,7 @@ def record_trial(
         recording: whether to write recording.html.
         overwrite: whether earlier results in ``out`` may be replaced.
         profile: whether to write profile.html and profile.json: where the computing time of the simulation went.
+        explain: whether to write explain.html: how each plan came about, and what went wrong at the end.
         meshcat: a Meshcat to show the trial in while it runs; made when a recording is wanted.
         progress: called with the simulated time [s] now and then.
         announce: told what goes on before and after the simulation.
@@ -74,7 +78,8 @@ def record_trial(
             if meshcat is not None:
                 draw_course(meshcat, trial.terrain)
             _begin(config, directory)
-            return _simulate(trial, directory, meshcat if recording else None, profile, progress, announce)
+            instruments = SimulationProfiler() if profile else None, Explainer() if explain else None
+            return _simulate(trial, directory, meshcat if recording else None, instruments, progress, announce)
 
 
 def _begin(config: SimulationConfig, directory: ResultDirectory) -> None:
@@ -110,14 +115,22 @@ def _refused(config: SimulationConfig, directory: ResultDirectory, error: BaseEx
     return result
 
 
-def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, profile, progress, announce) -> TrialResult:
-    """Runs the trial and writes its files; ``recorder``: the Meshcat that records it, or None."""
+def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, instruments, progress, announce) -> TrialResult:
+    """Runs the trial and writes its files.
+
+    Args:
+        trial: that was built.
+        directory: for the files.
+        recorder: the Meshcat that records it, or None.
+        instruments: a SimulationProfiler or None, an Explainer or None.
+        progress, announce: see ``record_trial``.
+    """
     if recorder is not None:
         start_recording(recorder)
-    interrupt, profiler = None, SimulationProfiler() if profile else None
+    interrupt, (profiler, explainer) = None, instruments
     try:
         with profiler or nullcontext():
-            trial.run(profiler.watching(progress) if profiler else progress)
+            trial.run(profiler.watching(progress) if profiler else progress, explainer.look if explainer else None)
     except KeyboardInterrupt as signal:
         interrupt = signal
     with undisturbed():
@@ -128,6 +141,8 @@ def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, profi
             files["error.txt"] = lambda path: write_text(path, trial.traceback)
         if recorder is not None:
             files["recording.html"] = partial(save_recording, recorder, title=trial.title())
+        if explainer is not None:
+            files["explain.html"] = lambda path: write_text(path, explanation_of(trial, explainer, result))
         if profiler is not None:
             found = cache(lambda: profile_of(trial, profiler))
             files["profile.json"] = lambda path: found().save_json(path)

@@ -8,7 +8,10 @@ from filelock import FileLock, Timeout
 
 from quadpips_drake.errors import UserInputError
 
-TRIAL_FILES = ("result.json", "log.npz", "recording.html", "config.yaml", "error.txt", "profile.html", "profile.json")
+TRIAL_FILES = (
+    *("result.json", "log.npz", "recording.html", "config.yaml", "error.txt"),
+    *("explain.html", "profile.html", "profile.json"),
+)
 """What a trial writes."""
 _LOCK = ".lock"
 

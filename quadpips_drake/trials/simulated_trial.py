@@ -122,11 +122,14 @@ class SimulatedTrial:
         """Called before each step; raises UserInputError for what makes no sense now."""
         self.diagram.station.bring_ground_near(self.context)
 
-    def run(self, progress: Callable[[float], None] | None = None) -> Verdict:
+    def run(
+        self, progress: Callable[[float], None] | None = None, look: Callable[["SimulatedTrial"], None] | None = None
+    ) -> Verdict:
         """Simulates until the verdict; whatever goes wrong inside becomes a verdict too.
 
         Args:
             progress: called with the simulated time [s] now and then.
+            look: called with this trial at each sample.
 
         Raises:
             KeyboardInterrupt: the program was interrupted; the verdict says so.
@@ -138,6 +141,8 @@ class SimulatedTrial:
             ticks = 0
             while self.verdict is None:
                 self.verdict = self.sample()
+                if look is not None:
+                    look(self)
                 if self.verdict is None and ticks * step >= self.config.duration:
                     self.verdict = self.time_is_up()
                 if self.verdict is None:

@@ -63,6 +63,10 @@ class TorsoPath(ImmutableValue):
     """Where the robot stood when it planned for this goal, x, y [m], yaw [rad], shape (k, 3): what it counts as seen."""
     start: PlanStart | None = None
     """That of the request."""
+    nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Positions of the base over which the search had poses with ground for all legs [m], (k, 3)."""
+    reached: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    """Whether it came to each of them, bool (k,)."""
 
     @staticmethod
     def empty() -> "TorsoPath":
@@ -152,6 +156,10 @@ class FootholdPlan(ImmutableValue):
     """That of the request: where ``stances[0]`` comes from."""
     gait_reason: str = ""
     """Why the gait is not the usual one."""
+    considered: int = 0
+    """Stances that the search for this waypoint looked at [1]."""
+    refusals: dict = field(default_factory=dict)
+    """How many of them each constraint refused: {constraint: count}."""
 
     @staticmethod
     def empty() -> "FootholdPlan":

@@ -13,6 +13,7 @@ from quadpips_drake.cli.main import app
 from quadpips_drake.cli.run import default_directory, resolve_trial_config
 from quadpips_drake.cli.trials import RunProgress
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.trials.result import TrialResult
 
 BAD_INPUT = [
     (["--robot", "spot"], ["unknown robot 'spot'", "anymal_c, go2"]),
@@ -132,3 +133,20 @@ def test_a_run_that_was_interrupted_before_it_began_names_no_files(tmp_path, mon
     status, _, errors = quadpips("run", "--terrain", "flat", "--out", tmp_path)
     assert status == 130
     assert errors == "interrupted; nothing was written\n"
+
+
+def test_explain_is_asked_for_and_the_page_is_named(tmp_path, monkeypatch):
+    asked = []
+
+    def run_trial(config, out, *, explain, **_):
+        asked.append(explain)
+        if explain:
+            (out / "explain.html").write_text("")
+        return TrialResult(True, "goal_reached", "anymal_c", "flat", sim_time=1.0)
+
+    monkeypatch.setattr("quadpips_drake.trials.trial.run_trial", run_trial)
+    _, output, _ = quadpips("run", "--terrain", "flat", "--out", tmp_path)
+    assert "explain" not in output
+    _, output, _ = quadpips("run", "--terrain", "flat", "--out", tmp_path, "--explain")
+    assert "explained:" in output and "explain.html" in output
+    assert asked == [False, True]

@@ -9,7 +9,7 @@ from quadpips_drake.diagrams.simulation_station import SimulationStation, Statio
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.math.constants import GRAVITY
 from quadpips_drake.robots.robot_library import load_robot, robot_names
-from quadpips_drake.sensing.contact_sensing import touching_links
+from quadpips_drake.sensing.contact_sensing import links_touching_each_other, touching_links
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig
 from quadpips_drake.sensing.imu_system import ImuConfig
 from quadpips_drake.terrain.library import load_terrain
@@ -244,3 +244,18 @@ def test_a_start_inside_an_obstacle_is_refused(robot_name):
         place(beam)
     kerb = Box(size=[0.05, 3, 0.5 * robot.nominal_base_height], X_WE=pose([0, 0, 0]), name="kerb")
     place(kerb)
+
+
+def test_a_knee_against_the_torso_is_the_robot_touching_itself():
+    station, simulator, context = standing("anymal_c", slab())
+    geometries = station.station.contact_geometries
+    robot, plant = station.robot, station.station.plant
+    results = station.GetOutputPort("contact_results")
+    simulator.AdvanceTo(0.002)
+    assert links_touching_each_other(results.Eval(context), geometries) == []
+    joints = np.array(robot.nominal_joints)
+    joints[Leg.LF.joints] = [-0.44, 1.08, -0.59]  # a swing that draws the leg inward under the torso
+    robot.set_state(plant, plant.GetMyMutableContextFromRoot(context), [0.0, 0.0, 1.0], np.zeros(3), joints)
+    simulator.AdvanceTo(0.004)
+    assert links_touching_each_other(results.Eval(context), geometries) == [("base", "LF_THIGH")]
+    assert touching(station, context) == []

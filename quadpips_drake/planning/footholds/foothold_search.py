@@ -346,4 +346,6 @@ def search_footholds(
         elapsed=work_clock() - started,
         complete=result.complete,
         time_limit_hit=attempt.time_limit_hit,
+        considered=result.combinations,
+        refusals={why: int(count) for why, count in zip(REJECTIONS, result.refused, strict=True) if count},
     )

@@ -14,6 +14,7 @@ from quadpips_drake.planning.torso.torso_path import join_path
 from quadpips_drake.values.plans import TorsoPath
 from quadpips_drake.values.regions import RegionSet
 
+_NO_POSES = np.zeros((0, 4))
 _AT_GOAL = 0.3
 """A goal nearer than this [m] has no direction."""
 
@@ -50,9 +51,8 @@ def search_torso_path(
     p_WB, goal_xy, yaw = np.asarray(p_WB, dtype=float), np.asarray(goal_xy, dtype=float), float(yaw)
     exploration = exploration or Exploration().standing_at((*p_WB[:2], yaw), goal_xy)
 
-    def result(poses=None, reason="", to_goal=False):
-        poses = np.zeros((0, 4)) if poses is None else poses
-        return TorsoPath(regions.stamp, request_id, poses, regions, reason, level, to_goal, exploration.viewpoints)
+    def result(poses=_NO_POSES, reason="", to_goal=False, **nodes):
+        return TorsoPath(regions.stamp, request_id, poses, regions, reason, level, to_goal, exploration.viewpoints, **nodes)
 
     near, reason = _ground_near(regions, p_WB, config)
     if not near:
@@ -70,14 +70,15 @@ def search_torso_path(
         lattice.positions, lattice.yaws, lattice.penalty, offsets, neighbours, start_yaw, lattice.goal,
         config.yaw_weight, config.max_edge_yaw, config.heading_weight, config.max_expansions,
     )  # fmt: skip
+    nodes = {"nodes": lattice.positions, "reached": closed.reshape(len(lattice.positions), -1).any(axis=1)}
     end = goal_xy if found >= 0 else None
     if end is None:
         found = choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration, support, config)
     if found < 0:
-        return result(reason=_blocked(lattice, closed, goal_xy, support))
+        return result(reason=_blocked(lattice, closed, goal_xy, support), **nodes)
     chain = _chain(parent, found, len(lattice.yaws))
     poses = join_path(p_WB, yaw, lattice.positions, lattice.yaws, chain, end, support, robot, config)
-    return result(poses, to_goal=end is not None)
+    return result(poses, to_goal=end is not None, **nodes)
 
 
 def _bearing(to_goal, yaw: float) -> float:

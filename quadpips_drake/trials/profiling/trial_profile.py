@@ -1,11 +1,11 @@
 """The profile of a trial: how its computing time divides, with how each part was obtained; as data and as a page."""
 
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from html import escape
 from pathlib import Path
 
 from quadpips_drake.files import write_json, write_text
+from quadpips_drake.html_page import page, table
 from quadpips_drake.trials.profiling.physics_replay import physics_load
 from quadpips_drake.trials.profiling.simulation_profiler import DRAKE, SimulationProfiler
 
@@ -80,49 +80,24 @@ def profile_of(trial, profiler: SimulationProfiler) -> TrialProfile:
     )
 
 
-_STYLE = """
-body { font: 15px/1.4 system-ui, sans-serif; margin: 24px; color: #222; background: #fff; }
-table { border-collapse: collapse; margin: 8px 0 24px; }
-th, td { padding: 2px 14px 2px 0; text-align: right; border-bottom: 1px solid #ddd; }
-.text { text-align: left; }
-.bar { display: inline-block; height: 10px; background: #4a7fb5; }
-.tables { display: flex; flex-wrap: wrap; gap: 0 64px; }
-iframe { width: 100%; height: 900px; border: 1px solid #ccc; }
-"""
-
-
 def _page(profile: TrialProfile) -> str:
     notes = "".join(f"<li><b>{escape(how)}</b>: {escape(text)}.</li>" for how, text in HOW.items())
-    return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>Profile: {escape(profile.title)}</title><style>{_STYLE}</style></head>
-<body>
-<h1>{escape(profile.title)}: where the time of the simulation went</h1>
+    body = f"""<h1>{escape(profile.title)}: where the time of the simulation went</h1>
 <p>Wall-clock time of the simulation alone, without building, compiling and writing. Some percent are the profiler's own.</p>
-{_table(("part", "s per simulated s", "share", "", "how"), map(_part_row, profile.parts), text=(0, 3, 4))}
+{table(("part", "s per simulated s", "share", "", "how"), map(_part_row, profile.parts), text=(0, 3, 4))}
 <ul>{notes}</ul>
 <div class="tables">
 <div><h2>Stages, by their own stopwatch</h2>
-{_table(("stage", "computations", "median ms", "95 % ms", "total s"), map(_stage_row, profile.stages.items()))}</div>
+{table(("stage", "computations", "median ms", "95 % ms", "total s"), map(_stage_row, profile.stages.items()))}</div>
 <div><h2>Function calls per simulated second</h2>
 <p>Counted by cProfile, in 0.1 s of each simulated second.</p>
-{_table(("", "calls / s"), map(_call_row, profile.calls.items()))}
-{_table(("most called", "calls / s"), map(_call_row, profile.most_called))}</div>
+{table(("", "calls / s"), map(_call_row, profile.calls.items()))}
+{table(("most called", "calls / s"), map(_call_row, profile.most_called))}</div>
 </div>
 <h2>Call tree and time line</h2>
 <p>What all stages do in their common base class (stage.py) is one branch, named after one of them.</p>
-<iframe srcdoc="{escape(profile.graph)}"></iframe>
-</body></html>
-"""
-
-
-def _table(head: tuple[str, ...], rows: Iterable[tuple], text: tuple[int, ...] = (0,)) -> str:
-    """A table of ``rows`` (HTML or numbers); columns ``text`` begin at the left."""
-
-    def line(cells, tag: str) -> str:
-        marked = (f"<{tag}{' class=text' if k in text else ''}>{cell}</{tag}>" for k, cell in enumerate(cells))
-        return f"<tr>{''.join(marked)}</tr>"
-
-    return f"<table>{line(head, 'th')}{''.join(line(row, 'td') for row in rows)}</table>"
+<iframe srcdoc="{escape(profile.graph)}"></iframe>"""
+    return page(f"Profile: {profile.title}", body)
 
 
 def _part_row(part: Part) -> tuple:

@@ -10,6 +10,7 @@ from quadpips_drake.gaits.swing_gaits import swing_gait, swing_gait_names
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.planning.footholds.refused_swings import are_refused
+from quadpips_drake.planning.footholds.stance_rules import REJECTIONS
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.planning.start_stance import attach_feet, start_ground, with_region
 from quadpips_drake.planning.torso.torso_config import TorsoConfig
@@ -213,6 +214,18 @@ def test_says_why_nothing_was_found():
     path = search_torso_path(state.p_WB, 0.0, worlds.flat_ground(), (2.0, 0.0), ROBOT, TorsoConfig())
     plan = search_footholds(state, RegionSet(0.0), path, ROBOT, FootholdConfig())
     assert not plan.success and plan.stances == () and plan.reason
+
+
+def test_counts_what_each_constraint_refused():
+    plan = plan_once(*WORLDS["stepping_stones"])
+    assert plan.success and set(plan.refusals) <= set(REJECTIONS)
+    assert 0 < sum(plan.refusals.values()) < plan.considered
+    state = worlds.standing_state(ROBOT, x=0.3)
+    config = FootholdConfig(waypoint_retries=0, min_progress=2.0, max_swing=0.2)
+    plan = plan_once(worlds.pit(0.36), (2.3, 0.0), config, state)
+    worst = max(plan.refusals, key=plan.refusals.get)
+    share = f"{100.0 * plan.refusals[worst] / plan.considered:.0f} % of {plan.considered} stances refused: {worst}"
+    assert not plan.success and share in plan.reason
 
 
 def test_repeats_to_the_bit():
