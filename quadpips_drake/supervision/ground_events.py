@@ -32,6 +32,8 @@ _WAY_STEP = 0.1
 """Between two looks at the way of the torso [s]."""
 _BODY_GRID = np.stack(np.meshgrid(np.linspace(-1, 1, 7), np.linspace(-1, 1, 5), indexing="ij"), axis=-1).reshape(-1, 2)
 """Points under the body, in half lengths and half widths, (35, 2)."""
+_AROUND = 0.6
+"""So far around a place it is looked for what has appeared there [m]."""
 _BODY_POINTS = 2
 """So many of them must be too high: one alone may be noise."""
 
@@ -46,6 +48,10 @@ class GroundEventConfig:
     """A foothold is lost when the ground there is so much higher or lower than planned [m]."""
     region_tolerance: float = ranged(0.03, 0.0, 1.0)
     """A foothold this far outside a region, or above or below it, is still in it [m]."""
+    keep_off: float = ranged(0.25, 0.0, 10.0)
+    """Feet stay so far away from ground that has risen [m]: far enough to walk round it rather than to step over it."""
+    keep_off_least: float = ranged(0.14, 0.0, 10.0)
+    """... and so far when a plan has failed: shanks lean, and a swing has to rise over it from there [m]."""
     body_clearance: float = ranged(0.03, -1.0, 1.0)
     """Ground that comes so near to the belly of the torso blocks its way [m]."""
 
@@ -72,6 +78,8 @@ class Problem:
     before: float
     """When the robot has to stand at the latest [s]."""
     words: str
+    place: tuple[float, float] | None = None
+    """x, y of what it is about [m]; None where that is no one place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,14 +156,15 @@ def find_problems(
         if foothold.liftoff_time <= time:
             continue
         place = (int(foothold.leg), round(foothold.touchdown_time, 3))
-        where = f"{foothold.leg.name} at ({foothold.position[0]:.2f}, {foothold.position[1]:.2f})"
+        lift, target = foothold.liftoff_time, (float(foothold.position[0]), float(foothold.position[1]))
+        where = f"{foothold.leg.name} at ({target[0]:.2f}, {target[1]:.2f})"
         words = foothold_problem(foothold, places, ground, extent.foot_radius, config)
         if words:
-            problems.append(Problem(FOOTHOLD_LOST, (FOOTHOLD_LOST, *place), foothold.liftoff_time, f"{where}: {words}"))
+            problems.append(Problem(FOOTHOLD_LOST, (FOOTHOLD_LOST, *place), lift, f"{where}: {words}", target))
         height = obstacle_on_swing(start, foothold, ground, extent.foot_radius, config)
         if height is not None:
             words = f"{where}: ground {height:.2f} m higher than the swing"
-            problems.append(Problem(SWING_BLOCKED, (SWING_BLOCKED, *place), foothold.liftoff_time, words))
+            problems.append(Problem(SWING_BLOCKED, (SWING_BLOCKED, *place), lift, words, target))
     blocked = obstacle_on_way(reference, time, ground, extent, config)
     if blocked is not None:
         words = f"ground as high as the torso's belly {blocked - time:.1f} s ahead"
@@ -216,6 +225,12 @@ def obstacle_on_way(
     if blocked[0] or not blocked.any():
         return None
     return float(reference.times[ahead[::step]][np.argmax(blocked)])
+
+
+def appeared_ground(before: GroundHeights, now: GroundHeights, place: tuple[float, float], rise: float) -> np.ndarray:
+    """Points (n, 3) [m] of the map ``now`` around a ``place`` that are more than ``rise`` [m] higher than ``before``."""
+    points = now.points_around(np.array(place), _AROUND)
+    return points[points[:, 2] - before.at(*points[:, :2].T) > rise]
 
 
 @cache

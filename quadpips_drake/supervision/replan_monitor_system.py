@@ -109,6 +109,7 @@ class ReplanMonitor(Stage):
             refused=inputs.refused_swings,
             problems=self._problems(inputs, memory.monitor, time),
             regions_stamp=inputs.region_set.stamp,
+            ground=inputs.ground_heights,
         )
         monitor = advance(memory.monitor, now, self.config)
         status = PlannerStatus(

@@ -34,6 +34,10 @@ class PlanRequest(ImmutableValue):
     """Goal of the torso in the world, xy [m], shape (2,)."""
     start: PlanStart | None = None
     """Where the plan begins; None: where the robot is."""
+    appeared: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Points of ground that has risen since it was first seen, which no foot shall stand on; in W [m], (n, 3)."""
+    keep_off: float = 0.0
+    """How far feet stay away from them [m]."""
 
     @staticmethod
     def empty() -> "PlanRequest":

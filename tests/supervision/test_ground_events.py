@@ -14,6 +14,7 @@ from quadpips_drake.supervision.ground_events import (
     Extent,
     GroundEventConfig,
     Problem,
+    appeared_ground,
     confirmed_problem,
     extent_of,
     find_problems,
@@ -126,3 +127,19 @@ def test_a_problem_is_certain_after_three_region_sets_in_a_row():
     assert certain == [None, None, None, second, None, first]
     both = confirmed_problem(Doubts(0.0, ((first.key, 2), (second.key, 2))), [first, second], 1.0, CONFIG)[1]
     assert both is second, "the more urgent one"
+
+
+def test_what_has_risen_around_a_place_is_what_appeared():
+    before = ground((-1.0, -1.0, 0.3, 0.2), (0.9, 0.2, 0.05, np.nan))
+    now = ground(
+        (-1.0, -1.0, 0.3, 0.2),
+        (0.65, 0.2, 0.1, 0.15),
+        (0.65, -0.1, 0.02, 0.02),
+        (0.9, 0.2, 0.05, 0.3),
+        (-1.0, 1.0, 0.1, 0.4),
+    )
+    points = appeared_ground(before, now, (0.6, 0.2), 0.03)
+    assert len(points) == 400 and (points[:, 2] == np.float32(0.15)).all()
+    assert (np.abs(points[:, :2] - [0.65, 0.2]) < 0.1).all()
+    assert len(appeared_ground(GroundHeights.empty(), now, (0.6, 0.2), 0.03)) == 0
+    assert len(appeared_ground(now, before, (0.6, 0.2), 0.03)) == 0
