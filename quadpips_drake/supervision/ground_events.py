@@ -26,6 +26,8 @@ from quadpips_drake.values.steppability import Steppability
 FOOTHOLD_LOST, SWING_BLOCKED, WAY_BLOCKED = "foothold_lost", "swing_blocked", "way_blocked"
 _SEEN = 0.5
 """Part of the cells under a foot that have to be known for a verdict [1]."""
+_BESIDE, _TOUCHED = 0.02, 0.05
+"""A foot does not come down where more than this part [1] of the cells under it and so far beside it [m] has risen."""
 _ENDS = 4
 """So many of a swing's samples at either end lie on its footholds."""
 _WAY_STEP = 0.1
@@ -135,6 +137,7 @@ def find_problems(
     time: float,
     regions: RegionSet,
     ground: GroundHeights,
+    before: GroundHeights,
     feet: np.ndarray,
     extent: Extent,
     config: GroundEventConfig,
@@ -146,6 +149,7 @@ def find_problems(
         time: now [s].
         regions: the newest ones.
         ground: the newest map; where it knows nothing, nothing is said.
+        before: the map when the reference was planned.
         feet: where the feet are, their centres in W [m], (4, 3).
         extent: of the robot.
         config: what counts.
@@ -158,7 +162,7 @@ def find_problems(
         place = (int(foothold.leg), round(foothold.touchdown_time, 3))
         lift, target = foothold.liftoff_time, (float(foothold.position[0]), float(foothold.position[1]))
         where = f"{foothold.leg.name} at ({target[0]:.2f}, {target[1]:.2f})"
-        words = foothold_problem(foothold, places, ground, extent.foot_radius, config)
+        words = foothold_problem(foothold, places, ground, before, extent.foot_radius, config)
         if words:
             problems.append(Problem(FOOTHOLD_LOST, (FOOTHOLD_LOST, *place), lift, f"{where}: {words}", target))
         height = obstacle_on_swing(start, foothold, ground, extent.foot_radius, config)
@@ -172,7 +176,9 @@ def find_problems(
     return problems
 
 
-def foothold_problem(foothold, regions: Places, ground: GroundHeights, radius: float, config: GroundEventConfig) -> str:
+def foothold_problem(
+    foothold, regions: Places, ground: GroundHeights, before: GroundHeights, radius: float, config: GroundEventConfig
+) -> str:
     """Says why a foot of ``radius`` [m] cannot come down on a FootholdTarget as planned; empty if it can."""
     point = foothold.position - radius * foothold.normal
     offsets = _disc(radius, ground.cell)
@@ -184,6 +190,10 @@ def foothold_problem(foothold, regions: Places, ground: GroundHeights, radius: f
     change = float(np.median(above[known]))
     if abs(change) > config.height_change:
         return f"the ground is {abs(change):.2f} m {'higher' if change > 0 else 'lower'} than planned"
+    around = point[:2] + _disc(round(radius + _BESIDE, 6), ground.cell)
+    risen = ground.at(*around.T) - np.fmax(before.at(*around.T), point[2])
+    if (risen > config.height_change).mean() > _TOUCHED:
+        return f"the ground beside it has risen by {np.nanmax(risen):.2f} m"
     was_seen = foothold.region is not None and foothold.region.id >= 0
     if was_seen and not regions.hold(point, config.region_tolerance):
         return "in no region any more"

@@ -135,4 +135,5 @@ class ReplanMonitor(Stage):
             return ()
         feet = self._robot.foot_positions_W(inputs.robot_state)
         extent = extent_of(self._robot)
-        return tuple(find_problems(inputs.reference, time, regions, inputs.ground_heights, feet, extent, config))
+        now, before = inputs.ground_heights, monitor.ground_then[0]
+        return tuple(find_problems(inputs.reference, time, regions, now, before, feet, extent, config))
