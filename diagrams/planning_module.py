@@ -89,6 +89,7 @@ class PlanningModule(Diagram):
         builder.Connect(swings.GetOutputPort("refused_swings"), monitor.GetInputPort("refused_swings"))
         builder.Connect(monitor.GetOutputPort("swings_to_avoid"), footholds.GetInputPort("refused_swings"))
         builder.Connect(monitor.GetOutputPort("plan_request"), torso.GetInputPort("plan_request"))
+        builder.Connect(monitor.GetOutputPort("plan_request"), swings.GetInputPort("plan_request"))
         builder.Connect(monitor.GetOutputPort("abort"), publisher.GetInputPort("abort"))
         builder.Connect(monitor.GetOutputPort("cut"), publisher.GetInputPort("cut"))
 

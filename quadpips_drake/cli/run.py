@@ -49,6 +49,18 @@ Exit status: 0 goal reached, 1 trial failed, 2 bad input, 130 Ctrl-C, 143 SIGTER
 """
 
 
+Spawn = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="ELEMENT@TIME",
+        help="What appears on the way: box:L,W,H@X,Y@TIME, box:L,W,H@foothold@TIME, FILE.yaml@TIME; may be repeated.",
+    ),
+]
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Also write explain.html: how each plan came about, and what went wrong first.")
+]
+
+
 def run(
     scenario: Scenario = None,
     robot: Robot = None,
@@ -64,15 +76,9 @@ def run(
     seed: Seed = None,
     start: Start = None,
     goal: Annotated[str | None, typer.Option(metavar="X,Y", help="Goal, m. Default: the terrain's.")] = None,
-    spawn: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="ELEMENT@TIME",
-            help="What appears on the way: box:L,W,H@X,Y@TIME, box:L,W,H@foothold@TIME, FILE.yaml@TIME; may be repeated.",
-        ),
-    ] = None,
+    spawn: Spawn = None,
     duration: Annotated[
-        float | None, typer.Option(parser=console.seconds, metavar="S", help="Longest simulated time, s. Default: 60.")
+        float | None, typer.Option(parser=console.seconds, metavar="S", help="Longest simulated time, s. Default: 120.")
     ] = None,
     latency: Latency = None,
     threads: Threads = None,
@@ -89,10 +95,7 @@ def run(
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
     profile: Profile = False,
-    explain: Annotated[
-        bool,
-        typer.Option("--explain", help="Also write explain.html: how each plan came about, and what went wrong first."),
-    ] = False,
+    explain: Explain = False,
     sets: Sets = None,
 ):
     """Let a robot walk from start to goal by its own camera, in simulation.

@@ -26,12 +26,16 @@ from quadpips_drake.values.steppability import Steppability
 FOOTHOLD_LOST, SWING_BLOCKED, WAY_BLOCKED = "foothold_lost", "swing_blocked", "way_blocked"
 _SEEN = 0.5
 """Part of the cells under a foot that have to be known for a verdict [1]."""
+_BESIDE, _TOUCHED = 0.02, 0.05
+"""A foot does not come down where more than this part [1] of the cells under it and so far beside it [m] has risen."""
 _ENDS = 4
 """So many of a swing's samples at either end lie on its footholds."""
 _WAY_STEP = 0.1
 """Between two looks at the way of the torso [s]."""
 _BODY_GRID = np.stack(np.meshgrid(np.linspace(-1, 1, 7), np.linspace(-1, 1, 5), indexing="ij"), axis=-1).reshape(-1, 2)
 """Points under the body, in half lengths and half widths, (35, 2)."""
+_AROUND = 0.6
+"""So far around a place it is looked for what has appeared there [m]."""
 _BODY_POINTS = 2
 """So many of them must be too high: one alone may be noise."""
 
@@ -46,6 +50,10 @@ class GroundEventConfig:
     """A foothold is lost when the ground there is so much higher or lower than planned [m]."""
     region_tolerance: float = ranged(0.03, 0.0, 1.0)
     """A foothold this far outside a region, or above or below it, is still in it [m]."""
+    keep_off: float = ranged(0.25, 0.0, 10.0)
+    """Feet stay so far away from ground that has risen [m]: far enough to walk round it rather than to step over it."""
+    keep_off_least: float = ranged(0.14, 0.0, 10.0)
+    """... and so far when a plan has failed: shanks lean, and a swing has to rise over it from there [m]."""
     body_clearance: float = ranged(0.03, -1.0, 1.0)
     """Ground that comes so near to the belly of the torso blocks its way [m]."""
 
@@ -72,6 +80,8 @@ class Problem:
     before: float
     """When the robot has to stand at the latest [s]."""
     words: str
+    place: tuple[float, float] | None = None
+    """x, y of what it is about [m]; None where that is no one place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +137,7 @@ def find_problems(
     time: float,
     regions: RegionSet,
     ground: GroundHeights,
+    before: GroundHeights,
     feet: np.ndarray,
     extent: Extent,
     config: GroundEventConfig,
@@ -138,6 +149,7 @@ def find_problems(
         time: now [s].
         regions: the newest ones.
         ground: the newest map; where it knows nothing, nothing is said.
+        before: the map when the reference was planned.
         feet: where the feet are, their centres in W [m], (4, 3).
         extent: of the robot.
         config: what counts.
@@ -148,14 +160,15 @@ def find_problems(
         if foothold.liftoff_time <= time:
             continue
         place = (int(foothold.leg), round(foothold.touchdown_time, 3))
-        where = f"{foothold.leg.name} at ({foothold.position[0]:.2f}, {foothold.position[1]:.2f})"
-        words = foothold_problem(foothold, places, ground, extent.foot_radius, config)
+        lift, target = foothold.liftoff_time, (float(foothold.position[0]), float(foothold.position[1]))
+        where = f"{foothold.leg.name} at ({target[0]:.2f}, {target[1]:.2f})"
+        words = foothold_problem(foothold, places, ground, before, extent.foot_radius, config)
         if words:
-            problems.append(Problem(FOOTHOLD_LOST, (FOOTHOLD_LOST, *place), foothold.liftoff_time, f"{where}: {words}"))
+            problems.append(Problem(FOOTHOLD_LOST, (FOOTHOLD_LOST, *place), lift, f"{where}: {words}", target))
         height = obstacle_on_swing(start, foothold, ground, extent.foot_radius, config)
         if height is not None:
             words = f"{where}: ground {height:.2f} m higher than the swing"
-            problems.append(Problem(SWING_BLOCKED, (SWING_BLOCKED, *place), foothold.liftoff_time, words))
+            problems.append(Problem(SWING_BLOCKED, (SWING_BLOCKED, *place), lift, words, target))
     blocked = obstacle_on_way(reference, time, ground, extent, config)
     if blocked is not None:
         words = f"ground as high as the torso's belly {blocked - time:.1f} s ahead"
@@ -163,7 +176,9 @@ def find_problems(
     return problems
 
 
-def foothold_problem(foothold, regions: Places, ground: GroundHeights, radius: float, config: GroundEventConfig) -> str:
+def foothold_problem(
+    foothold, regions: Places, ground: GroundHeights, before: GroundHeights, radius: float, config: GroundEventConfig
+) -> str:
     """Says why a foot of ``radius`` [m] cannot come down on a FootholdTarget as planned; empty if it can."""
     point = foothold.position - radius * foothold.normal
     offsets = _disc(radius, ground.cell)
@@ -175,6 +190,10 @@ def foothold_problem(foothold, regions: Places, ground: GroundHeights, radius: f
     change = float(np.median(above[known]))
     if abs(change) > config.height_change:
         return f"the ground is {abs(change):.2f} m {'higher' if change > 0 else 'lower'} than planned"
+    around = point[:2] + _disc(round(radius + _BESIDE, 6), ground.cell)
+    risen = ground.at(*around.T) - np.fmax(before.at(*around.T), point[2])
+    if (risen > config.height_change).mean() > _TOUCHED:
+        return f"the ground beside it has risen by {np.nanmax(risen):.2f} m"
     was_seen = foothold.region is not None and foothold.region.id >= 0
     if was_seen and not regions.hold(point, config.region_tolerance):
         return "in no region any more"
@@ -216,6 +235,12 @@ def obstacle_on_way(
     if blocked[0] or not blocked.any():
         return None
     return float(reference.times[ahead[::step]][np.argmax(blocked)])
+
+
+def appeared_ground(before: GroundHeights, now: GroundHeights, place: tuple[float, float], rise: float) -> np.ndarray:
+    """Points (n, 3) [m] of the map ``now`` around a ``place`` that are more than ``rise`` [m] higher than ``before``."""
+    points = now.points_around(np.array(place), _AROUND)
+    return points[points[:, 2] - before.at(*points[:, :2].T) > rise]
 
 
 @cache

@@ -11,11 +11,12 @@ import numpy as np
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import StageConfig, stage_rate
-from quadpips_drake.supervision.ground_events import Doubts, GroundEventConfig, confirmed_problem
+from quadpips_drake.supervision.ground_events import Doubts, GroundEventConfig, appeared_ground, confirmed_problem
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, PlanStart, RefusedSwings
 from quadpips_drake.values.reference import ReferenceCut, WholeBodyReference
+from quadpips_drake.values.regions import GroundHeights
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.status import SafetyStatus, StageStatus
 
@@ -93,6 +94,8 @@ class Situation:
     """Problems that the newest regions and heights make for the reference."""
     regions_stamp: float = -np.inf
     """Of these regions [s]."""
+    ground: GroundHeights = field(default_factory=GroundHeights.empty)
+    """The newest heights."""
 
     @property
     def distance_to_goal(self) -> float:
@@ -136,6 +139,10 @@ class Monitor(ImmutableValue):
     """Problems that are not certain yet."""
     cut: ReferenceCut = field(default_factory=ReferenceCut.empty)
     """Where the reference that is being followed has to end."""
+    ground_then: tuple = (GroundHeights.empty(), GroundHeights.empty())
+    """The heights when the plan that is followed was asked for, and the last one."""
+    appeared: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Points of ground that has risen since [m], (n, 3), until the robot has moved on."""
     events: tuple = ()
     """((name, count), ...) of what called for another plan."""
 
@@ -150,6 +157,11 @@ def _counted(monitor: Monitor, event: str) -> Monitor:
     """The monitor after one more ``event``."""
     events = dict(monitor.events)
     return replace(monitor, events=tuple((events | {event: events.get(event, 0) + 1}).items()))
+
+
+def _on_new_ground(monitor: Monitor) -> Monitor:
+    """The monitor that follows the last plan from now on."""
+    return replace(monitor, ground_then=(monitor.ground_then[1],) * 2)
 
 
 def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **changes) -> Monitor:
@@ -197,13 +209,26 @@ def _pause(monitor: Monitor, now: Situation, wait: float, reason: str, config: M
 def _pausing(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     if now.time - monitor.since < monitor.wait - 1e-9:
         return monitor
-    return _enter(monitor, "planning", now.time, monitor.reason, **_asking(monitor, now))
+    return _enter(monitor, "planning", now.time, monitor.reason, **_asking(monitor, now, config))
 
 
-def _asking(monitor: Monitor, now: Situation, start: PlanStart | None = None) -> dict:
+def _asking(monitor: Monitor, now: Situation, config: MonitorConfig, start: PlanStart | None = None) -> dict:
     """Changes of the monitor that asks for a plan."""
+    failed = monitor.failed_in_a_row or monitor.refusals_in_a_row or (start is None and monitor.last_one)
+    keep_off = config.ground.keep_off_least if failed else config.ground.keep_off
+    appeared = monitor.appeared[np.hypot(*(monitor.appeared[:, :2] - now.state.p_WB[:2]).T) < _SURROUNDINGS]
     return {
-        "request": PlanRequest(monitor.request.id + 1, now.time, now.goal, start=start, level=monitor.level),
+        "request": PlanRequest(
+            monitor.request.id + 1,
+            now.time,
+            now.goal,
+            start=start,
+            level=monitor.level,
+            appeared=appeared,
+            keep_off=keep_off,
+        ),
+        "appeared": appeared,
+        "ground_then": (monitor.ground_then[0], now.ground),
         "replans": monitor.replans + (monitor.request.id > 0),
         "escalated": monitor.escalated + (monitor.level > 0),
         "failing_since": np.inf,
@@ -216,7 +241,7 @@ def _planning(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monito
     if now.reference.request_id == asked and len(now.reference.times):
         plan = now.foothold_plan
         reason = f"{len(plan.swing_legs)} swings" if plan.request_id == asked else "a new reference"
-        return _enter(monitor, "walking", now.time, reason, **_going_on(monitor))
+        return _enter(_on_new_ground(monitor), "walking", now.time, reason, **_going_on(monitor))
     monitor, problem = _look_for_problem(monitor, now)
     if not problem and now.time - monitor.since >= config.planning_timeout:
         problem = f"no reference came within {config.planning_timeout:g} s"
@@ -274,12 +299,15 @@ def _look_at_ground(monitor: Monitor, now: Situation, config: MonitorConfig) -> 
         return monitor
     reason = f"{problem.kind.replace('_', ' ')}: {problem.words}"
     monitor = replace(_counted(monitor, problem.kind), cut=ReferenceCut(stop.follows, stop.time), reason=reason)
+    if problem.place is not None:
+        new = appeared_ground(monitor.ground_then[0], now.ground, problem.place, config.ground.height_change)
+        monitor = replace(monitor, appeared=np.concatenate((monitor.appeared, new)))
     asked = monitor.request
     if asked.id != monitor.followed and not monitor.last_one and asked.start.time <= stop.time:
         return monitor  # the next plan begins before; it will be looked at when it is there
     if stop.time - now.time < _LEAST_LEAD * config.lead_time or config.lead_time == 0.0:
         return replace(monitor, last_one=True)
-    return replace(monitor, last_one=False, **_asking(monitor, now, stop))
+    return replace(monitor, last_one=False, **_asking(monitor, now, config, stop))
 
 
 def last_stance(reference: WholeBodyReference, before: float, time: float) -> PlanStart | None:
@@ -301,7 +329,7 @@ def _look_ahead(monitor: Monitor, now: Situation, config: MonitorConfig) -> Moni
     reference, asked = now.reference, monitor.request
     if reference.request_id == asked.id != monitor.followed:
         reason = f"{len(now.foothold_plan.swing_legs)} swings, joined"
-        return replace(monitor, reason=reason, **_going_on(monitor))
+        return replace(_on_new_ground(monitor), reason=reason, **_going_on(monitor))
     if asked.id != monitor.followed:
         if monitor.last_one:
             return monitor
@@ -318,7 +346,7 @@ def _look_ahead(monitor: Monitor, now: Situation, config: MonitorConfig) -> Moni
     start = next_start(reference, now, config, config.lead_time + monitor.lead)
     if start is None or now.time < start.time - config.lead_time - monitor.lead:
         return monitor
-    return replace(monitor, **_asking(monitor, now, start))
+    return replace(monitor, **_asking(monitor, now, config, start))
 
 
 def next_start(reference: WholeBodyReference, now: Situation, config: MonitorConfig, lead: float) -> PlanStart | None:

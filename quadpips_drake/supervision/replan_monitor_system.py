@@ -109,6 +109,7 @@ class ReplanMonitor(Stage):
             refused=inputs.refused_swings,
             problems=self._problems(inputs, memory.monitor, time),
             regions_stamp=inputs.region_set.stamp,
+            ground=inputs.ground_heights,
         )
         monitor = advance(memory.monitor, now, self.config)
         status = PlannerStatus(
@@ -136,4 +137,5 @@ class ReplanMonitor(Stage):
             return ()
         feet = self._robot.foot_positions_W(inputs.robot_state)
         extent = extent_of(self._robot)
-        return tuple(find_problems(inputs.reference, time, regions, inputs.ground_heights, feet, extent, config))
+        now, before = inputs.ground_heights, monitor.ground_then[0]
+        return tuple(find_problems(inputs.reference, time, regions, now, before, feet, extent, config))

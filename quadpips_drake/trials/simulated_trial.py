@@ -49,7 +49,7 @@ class SimulationConfig:
     0 it stays where it is."""
     start_yaw_noise: float = ranged(0.05, 0.0, 1.0)
     """... and turns it by up to this much [rad]."""
-    duration: float = ranged(60.0, 0.001, MAX_DURATION)
+    duration: float = ranged(120.0, 0.001, MAX_DURATION)
     """Longest simulated time [s]."""
     latency: str = "zero"
     """When results of the stages are there: a preset (zero, measured, paper), or a file with rates and latencies. It fills

@@ -36,6 +36,10 @@ class PlanRequest(ImmutableValue):
     """Where the plan begins; None: where the robot is."""
     level: int = 0
     """How hard to try, from 0 on: one more for each failure in a row."""
+    appeared: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Points of ground that has risen since it was first seen, which no foot shall stand on; in W [m], (n, 3)."""
+    keep_off: float = 0.0
+    """How far feet stay away from them [m]."""
 
     @staticmethod
     def empty() -> "PlanRequest":

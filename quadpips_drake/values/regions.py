@@ -74,6 +74,16 @@ class GroundHeights(ImmutableValue):
         found[inside] = self.height[tuple(cells[inside].T)]
         return found
 
+    def points_around(self, xy: np.ndarray, radius: float) -> np.ndarray:
+        """Known points in the middles of cells within ``radius`` of ``xy`` (2,), in W [m], (n, 3)."""
+        low = np.clip(np.floor((xy - radius - self.corner) / self.cell).astype(int), 0, self.height.shape)
+        high = np.clip(np.ceil((xy + radius - self.corner) / self.cell).astype(int), 0, self.height.shape)
+        i, j = np.meshgrid(*(np.arange(a, b) for a, b in zip(low, high, strict=True)), indexing="ij")
+        points = np.column_stack(
+            (self.corner + self.cell * (np.column_stack((i.ravel(), j.ravel())) + 0.5), self.height[i, j].ravel())
+        )
+        return points[np.isfinite(points[:, 2]) & (np.hypot(*(points[:, :2] - xy).T) <= radius)]
+
     @staticmethod
     def empty() -> "GroundHeights":
         """Nothing is known."""

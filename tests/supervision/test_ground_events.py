@@ -14,6 +14,7 @@ from quadpips_drake.supervision.ground_events import (
     Extent,
     GroundEventConfig,
     Problem,
+    appeared_ground,
     confirmed_problem,
     extent_of,
     find_problems,
@@ -66,8 +67,8 @@ def walk(**changes) -> WholeBodyReference:
     return WholeBodyReference(0.0, 1, times, states, 0.0 * states, ContactSchedule.standing(), footholds)
 
 
-def found(heights, regions=FLOOR, time=0.5, reference=None) -> list[tuple]:
-    problems = find_problems(reference or walk(), time, regions, heights, FEET, EXTENT, CONFIG)
+def found(heights, regions=FLOOR, time=0.5, reference=None, before=None) -> list[tuple]:
+    problems = find_problems(reference or walk(), time, regions, heights, before or ground(), FEET, EXTENT, CONFIG)
     return [(problem.kind, problem.key[1:2]) for problem in problems]
 
 
@@ -82,6 +83,13 @@ def test_known_and_unknown_ground_that_is_as_planned_says_nothing():
 def test_a_foothold_is_lost_when_the_ground_is_higher_or_lower(height):
     assert (FOOTHOLD_LOST, (int(Leg.LF),)) in found(ground((0.65, 0.2, 0.1, height)))
     assert (FOOTHOLD_LOST, (int(Leg.LF),)) not in found(ground((0.65, 0.2, 0.1, height)), time=1.1), "it has lifted off"
+
+
+def test_a_foothold_is_lost_when_something_has_risen_beside_it():
+    beside = ground((0.78, 0.2, 0.1, 0.15))  # its edge 3 cm from the foot's middle
+    assert (FOOTHOLD_LOST, (int(Leg.LF),)) in found(beside)
+    assert (FOOTHOLD_LOST, (int(Leg.LF),)) not in found(beside, before=beside), "a step that was planned for"
+    assert (FOOTHOLD_LOST, (int(Leg.LF),)) not in found(ground((0.82, 0.2, 0.1, 0.15)))
 
 
 def test_a_foothold_is_lost_when_it_is_in_no_region_that_may_carry_a_foot():
@@ -103,7 +111,7 @@ def test_a_swing_is_blocked_by_ground_above_what_it_was_planned_to_clear():
 
 def test_the_way_of_the_torso_is_blocked_by_ground_up_to_its_belly():
     assert found(ground((0.6, 0.0, 0.1, 0.5))) == [(WAY_BLOCKED, ())]
-    problem = find_problems(walk(), 0.5, FLOOR, ground((0.6, 0.0, 0.1, 0.5)), FEET, EXTENT, CONFIG)[0]
+    problem = find_problems(walk(), 0.5, FLOOR, ground((0.6, 0.0, 0.1, 0.5)), ground(), FEET, EXTENT, CONFIG)[0]
     assert 0.5 < problem.before < 1.2, "before the fore edge of the torso, 0.3 m ahead of its middle, is there"
     assert found(ground((0.6, 0.0, 0.1, 0.3))) == [], "it passes below"
     assert found(ground((0.2, 0.0, 0.1, 0.5))) == [], "the torso is there already"
@@ -126,3 +134,19 @@ def test_a_problem_is_certain_after_three_region_sets_in_a_row():
     assert certain == [None, None, None, second, None, first]
     both = confirmed_problem(Doubts(0.0, ((first.key, 2), (second.key, 2))), [first, second], 1.0, CONFIG)[1]
     assert both is second, "the more urgent one"
+
+
+def test_what_has_risen_around_a_place_is_what_appeared():
+    before = ground((-1.0, -1.0, 0.3, 0.2), (0.9, 0.2, 0.05, np.nan))
+    now = ground(
+        (-1.0, -1.0, 0.3, 0.2),
+        (0.65, 0.2, 0.1, 0.15),
+        (0.65, -0.1, 0.02, 0.02),
+        (0.9, 0.2, 0.05, 0.3),
+        (-1.0, 1.0, 0.1, 0.4),
+    )
+    points = appeared_ground(before, now, (0.6, 0.2), 0.03)
+    assert len(points) == 400 and (points[:, 2] == np.float32(0.15)).all()
+    assert (np.abs(points[:, :2] - [0.65, 0.2]) < 0.1).all()
+    assert len(appeared_ground(GroundHeights.empty(), now, (0.6, 0.2), 0.03)) == 0
+    assert len(appeared_ground(now, before, (0.6, 0.2), 0.03)) == 0

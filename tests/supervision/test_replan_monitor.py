@@ -13,6 +13,7 @@ from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, RefusedSwing, RefusedSwings, Stance
 from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.regions import GroundHeights
 from quadpips_drake.values.status import SafetyStatus, StageStatus
 from tests.planning import worlds
 
@@ -350,3 +351,31 @@ def test_the_last_stance_before_a_moment():
     assert last_stance(reference, 2.05, 2.03) is None
     assert last_stance(reference, 0.05, -0.25).time == pytest.approx(0.0)
     assert last_stance(reference, 0.01, -0.25) is None
+
+
+def test_what_appeared_is_told_to_planners_until_the_robot_has_moved_on():
+    def map_of(height):
+        heights = np.zeros((400, 400), np.float32)
+        heights[290:310, 190:210] = height  # about x = 1.0, y = 0.0
+        return GroundHeights(0.0, np.array([-2.0, -2.0]), 0.01, heights)
+
+    story = Story()
+    story.now = replace(story.now, ground=map_of(0.0))
+    first, begin = story.until_planning(), story.now.time
+    story.goes_on(0.1, reference=trot(first, begin, 8, 1.0))
+    story.goes_on(0.4, ground=map_of(0.15))
+    assert len(story.monitor.appeared) == 0
+    lost = replace(problem(begin + 2.05), place=(1.0, 0.05))
+    request = sees(story, 0.3, lost).request
+    assert request.start is not None and len(request.appeared) == 400
+    np.testing.assert_allclose(request.appeared.mean(axis=0), [1.0, 0.0, 0.15], atol=1e-6)
+    assert request.keep_off == CONFIG.ground.keep_off
+    story.goes_on(0.2, foothold_plan=FootholdPlan(0.0, request.id, reason="no way"))
+    story.goes_on(begin + 4.1 - story.now.time, state=moving(p_WB=np.array([1.0, 0.0, 0.58])))
+    again = (
+        story.monitor.request if story.monitor.phase == "planning" else (story.until_planning(), story.monitor.request)[1]
+    )
+    assert len(again.appeared) == 400 and again.keep_off == CONFIG.ground.keep_off_least, "nearer, since there was no way"
+    far = moving(p_WB=np.array([2.8, 0.0, 0.58]))
+    story.goes_on(5.0, state=far, goal=np.array([9.0, 0.0]))
+    assert story.monitor.request.id > request.id and len(story.monitor.request.appeared) == 0

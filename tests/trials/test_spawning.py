@@ -106,11 +106,17 @@ def test_it_appears_on_the_next_foothold_with_time_and_room_enough(world):
     def foothold(x, touchdown):
         return FootholdTarget(Leg.LF, touchdown - 0.4, touchdown, np.array([x, 0.14, radius]), up)
 
-    places = [foothold(0.6, 4.0 + FOOTHOLD_LEAD), foothold(0.2, 5.7), foothold(1.0, 6.0), foothold(1.4, 6.3)]
+    places = [
+        foothold(0.6, 4.0 + FOOTHOLD_LEAD),
+        foothold(0.2, 5.7),
+        foothold(0.76, 5.8),
+        foothold(1.0, 6.0),
+        foothold(1.4, 6.3),
+    ]
     reference = WholeBodyReference(
         4.0, 1, np.zeros(0), np.zeros((0, 24)), np.zeros((0, 24)), NOTHING.schedule, tuple(places)
     )
-    assert spawner.advance(context, 4.1, reference)  # the first is too soon, at the second the robot stands
+    assert spawner.advance(context, 4.1, reference)  # too soon; where the robot stands; too near to the first
     np.testing.assert_allclose(spawner.terrain.elements[-1].X_WE[:3, 3], [1.0, 0.14, 0.075])
     assert spawner.plain()[0]["at"] == 4.1
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, replace
 
 from quadpips_drake.framework.stage import Inputs, Stage
+from quadpips_drake.planning.appeared_ground import without_appeared
 from quadpips_drake.planning.start_stance import attach_feet, start_ground, state_at_start, with_region
 from quadpips_drake.planning.torso.subgoals import Exploration
 from quadpips_drake.planning.torso.torso_config import TorsoConfig
@@ -40,7 +41,7 @@ class TorsoPlanner(Stage):
         - torso_path
 
     - robot_state: RobotState, frame W; a plan begins there unless the request names another start.
-    - region_set: RegionSet, frame W; empty before anything was seen.
+    - region_set: RegionSet, frame W; empty before anything was seen. Those on what the request calls appeared are left out.
     - plan_request: PlanRequest; a new ``id`` asks for a path, 0 for nothing.
     - torso_path: TorsoPath, frame W, of the last request, with the regions that were searched; it has no poses and a reason
       when nothing was found. Looks for a new request at ``config.rate`` (30 Hz).
@@ -65,7 +66,8 @@ class TorsoPlanner(Stage):
         """Plans as requested."""
         request = inputs.plan_request
         state = state_at_start(inputs.robot_state, request.start)
-        regions, ground = inputs.region_set, memory.ground
+        regions = without_appeared(inputs.region_set, request.appeared, request.keep_off)
+        ground = memory.ground
         if self.config.assume_start_ground and memory.path.request_id == 0:
             ground = self._unseen_ground(state, regions)
         pose = (*state.p_WB[:2], float(state.rpy_WB[2]))

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 from quadpips_drake.framework.stage import Inputs, Stage
+from quadpips_drake.planning.appeared_ground import with_margin
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer, SwingOptimizerConfig, known_ground
 from quadpips_drake.values.immutable import ImmutableValue
-from quadpips_drake.values.plans import FootholdPlan, RefusedSwings
+from quadpips_drake.values.plans import FootholdPlan, PlanRequest, RefusedSwings
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.regions import GroundHeights, RegionSet
 from quadpips_drake.values.robot_state import RobotState
@@ -37,6 +38,7 @@ class SwingTrajectoryOptimizer(Stage):
         - foothold_plan
         - region_set (optional)
         - ground_heights (optional)
+        - plan_request (optional)
         output_ports:
         - reference
         - status
@@ -48,6 +50,7 @@ class SwingTrajectoryOptimizer(Stage):
       ``request_id`` was dealt with before, is ignored.
     - region_set (optional): RegionSet, frame W; swings clear its regions and those of the plan where nothing else is known.
     - ground_heights (optional): GroundHeights, frame W, that swings clear.
+    - plan_request (optional): PlanRequest: what has appeared according to it is cleared with a margin.
     - reference: WholeBodyReference of the last plan that was dealt with, frame W, times relative to its first sample (0 s);
       without samples and with request id 0 before the first, without samples when not even the first swing was possible.
     - status: StageStatus of that request; ``ok`` is False, with the reason, when the reference ends before the plan does;
@@ -79,6 +82,7 @@ class SwingTrajectoryOptimizer(Stage):
         self.declare_input("foothold_plan", FootholdPlan)
         self.declare_input("region_set", RegionSet, default=RegionSet.empty())
         self.declare_input("ground_heights", GroundHeights, default=GroundHeights.empty())
+        self.declare_input("plan_request", PlanRequest, default=PlanRequest.empty())
         self.declare_output("reference", WholeBodyReference, lambda memory: memory.plan.reference)
         self.declare_output("status", StageStatus, _status)
         self.declare_output("refused_swings", RefusedSwings, _refused)
@@ -94,7 +98,8 @@ class SwingTrajectoryOptimizer(Stage):
         plan = inputs.foothold_plan
         start = plan.start
         x0 = self._optimizer.model.state_from_robot_state(inputs.robot_state) if start is None else start.state
-        result = self._optimizer.optimize(x0, plan, time, known_ground(plan, inputs.region_set, inputs.ground_heights))
+        heights = with_margin(inputs.ground_heights, inputs.plan_request.appeared)
+        result = self._optimizer.optimize(x0, plan, time, known_ground(plan, inputs.region_set, heights))
         for report in result.reports:
             self.timings.record("swing", report.elapsed)
         return _Memory(result, memory.refusals + (result.refused is not None))

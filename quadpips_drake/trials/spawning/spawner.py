@@ -8,6 +8,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.ports import output_names, output_of
 from quadpips_drake.sensing.contact_sensing import links_that_touch, overlaps
 from quadpips_drake.terrain.appearing.appearances import Appearance, parse_appearance
+from quadpips_drake.terrain.penetration import sphere_depths
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.reference import WholeBodyReference
@@ -15,6 +16,8 @@ from quadpips_drake.values.regions import GroundHeights
 
 FOOTHOLD_LEAD = 1.5
 """What appears on a foothold does so at least as long before the foot comes down there [s]."""
+ROOM = 0.05
+"""... and so far beside the feet on footholds that come sooner [m]."""
 MAX_SPAWNED = 50
 """Elements that may appear in a trial."""
 _SAME_TIME = 1e-9
@@ -130,10 +133,15 @@ class Spawner:
         elif not spawn.on_foothold:
             yield spawn.standing_at(*self._ground_at(spawn))
         else:
+            soon = time + FOOTHOLD_LEAD - _SAME_TIME
+            sooner = np.array([f.position for f in reference.footholds if time < f.touchdown_time < soon]).reshape(-1, 3)
             for foothold in reference.footholds:
-                if foothold.touchdown_time >= time + FOOTHOLD_LEAD - _SAME_TIME:
+                if foothold.touchdown_time >= soon:
                     ground = foothold.position - self._robot.foot_radius * foothold.normal
-                    yield spawn.standing_at(ground, foothold.normal)
+                    elements = spawn.standing_at(ground, foothold.normal)
+                    alone = replace(self.terrain, elements=elements)
+                    if not sphere_depths(alone, sooner, self._robot.foot_radius + ROOM).any():
+                        yield elements
 
     def _put(self, spawned: _Spawned, context, elements: tuple) -> bool:
         """Puts the elements into the world; returns whether there is room beside the robot."""

@@ -1,0 +1,77 @@
+"""Where no foot stands because something has appeared."""
+
+import numpy as np
+import pytest
+import shapely
+
+from quadpips_drake.planning.appeared_ground import with_margin, without_appeared
+from quadpips_drake.terrain.terrain import pose
+from quadpips_drake.values.regions import GroundHeights, PlanarRegion, RegionSet
+
+SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def region(x, y, z=0.0, half=0.1, tilt=0.0) -> PlanarRegion:
+    return PlanarRegion(1, pose((x, y, z), (0.0, tilt, 0.0)), half * SQUARE, 0.9 * half * SQUARE)
+
+
+def box(x, y, height, half=0.1) -> np.ndarray:
+    """Points on top of a box that has appeared."""
+    offsets = np.arange(-half + 0.005, half, 0.01)
+    grid = np.stack(np.meshgrid(x + offsets, y + offsets), axis=-1).reshape(-1, 2)
+    return np.column_stack((grid, np.full(len(grid), height)))
+
+
+def inset_W(found) -> np.ndarray:
+    return found.X_WR[:2, 3] + found.inset @ found.X_WR[:2, :2].T
+
+
+def test_nobody_stands_on_it():
+    top, floor = region(1.0, 0.0, 0.15), region(1.5, 0.0)
+    found = without_appeared(RegionSet(3.0, (top, floor)), box(1.0, 0.0, 0.15), 0.14)
+    assert found.stamp == 3.0 and found.regions == (floor,)
+    assert without_appeared(RegionSet(3.0, (top, floor)), np.zeros((0, 3)), 0.14).regions == (top, floor)
+    assert without_appeared(RegionSet(3.0, (top, floor)), box(1.0, 0.0, 0.15)[:5], 0.14).regions == (top, floor), "noise"
+
+
+@pytest.mark.parametrize(("x", "y"), [(1.3, 0.0), (1.0, -0.3), (0.75, 0.25)])
+def test_feet_keep_a_distance(x, y):
+    before = region(x, y, half=0.18)
+    (after,) = without_appeared(RegionSet(3.0, (before,)), box(1.0, 0.0, 0.15), 0.14).regions
+    away = np.maximum(np.abs(inset_W(after) - [1.0, 0.0]) - 0.1, 0.0)
+    assert (np.hypot(*away.T) > 0.13).all()
+    polygon = shapely.Polygon(after.inset)
+    assert polygon.is_valid and polygon.exterior.is_ccw and polygon.convex_hull.area == pytest.approx(polygon.area)
+    assert 0.2 * 0.324**2 < polygon.area < 0.324**2
+    np.testing.assert_array_equal(after.boundary, before.boundary)
+
+
+def test_a_large_floor_goes_on_beside_it_and_a_small_patch_under_it_is_gone():
+    floor, patch = region(0.0, 0.0, half=2.0), region(1.0, 0.0, half=0.05)
+    (after,) = without_appeared(RegionSet(3.0, (floor, patch)), box(1.0, 0.0, 0.15), 0.14).regions
+    assert shapely.Polygon(after.inset).area > 0.6 * 3.6**2 and inset_W(after)[:, 0].max() < 0.82
+
+
+def test_on_a_slope_the_distance_is_one_in_the_horizontal():
+    ground = region(1.0, 0.0, half=0.5, tilt=-0.5)
+    (after,) = without_appeared(RegionSet(3.0, (ground,)), box(1.3, 0.0, 0.6), 0.14).regions
+    xyz = after.X_WR[:3, 3] + np.column_stack((after.inset, np.zeros(len(after.inset)))) @ after.X_WR[:3, :3].T
+    assert xyz[:, 0].max() == pytest.approx(1.06, abs=0.015)
+
+
+def test_two_things_are_two():
+    floor = region(0.0, 0.0, half=1.0)
+    points = np.concatenate((box(0.9, 0.0, 0.15, 0.05), box(-0.9, 0.0, 0.15, 0.05)))
+    (after,) = without_appeared(RegionSet(3.0, (floor,)), points, 0.14).regions
+    assert np.abs(inset_W(after)[:, 0]).max() == pytest.approx(0.71, abs=0.02)
+
+
+def test_swings_clear_it_with_a_margin():
+    heights = np.zeros((200, 200), np.float32)
+    heights[:, 150:] = np.nan
+    known = GroundHeights(1.0, np.array([0.0, -1.0]), 0.01, heights)
+    found = with_margin(known, box(1.0, 0.0, 0.15))
+    assert found.height.dtype == np.float32 and (found.stamp, found.cell) == (1.0, 0.01)
+    np.testing.assert_allclose(found.at([1.0, 1.095, 1.125, 1.135], [0.0] * 4), [0.16, 0.16, 0.16, 0.0], atol=1e-6)
+    assert np.isnan(found.at([1.0], [0.7])), "what is unknown stays so"
+    assert with_margin(known, np.zeros((0, 3))) is known and with_margin(known, box(9.0, 0.0, 0.15)) is known
