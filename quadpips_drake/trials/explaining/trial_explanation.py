@@ -21,6 +21,9 @@ from quadpips_drake.trials.explaining.plan_words import (
 )
 from quadpips_drake.trials.result import TrialResult
 
+_FEW = 15
+"""A list of no more events than these is open at first."""
+
 
 def explanation_of(trial, explainer: Explainer, result: TrialResult) -> str:
     """Returns the page about a SimulatedTrial that has run under the eyes of ``explainer``."""
@@ -70,7 +73,8 @@ def _end(moments: LastMoments, result: TrialResult) -> str:
     figure = failure_figure(moments, events, first)
     return f"""<h2>The last {result.sim_time - begin:.1f} s: what was asked and what happened</h2>
 <p class="story">{escape(story_of(chain, end, result.sim_time))}</p>
-{table(("event", "t [s]", "kind", "what"), rows, text=(2, 3), first=first)}
+<details{" open" if len(events) <= _FEW else ""}><summary>All {len(events)} events in this time</summary>
+{table(("event", "t [s]", "kind", "what"), rows, text=(2, 3), first=first)}</details>
 <p>{picture(figure, "base, feet, contacts and torques over the last seconds")}</p>
 <details><summary>The rules by which events are found</summary><ul>{rules}</ul>
 <p>The first event (red) is the earliest of the chain that leads to the end: going back from there, events without a pause
