@@ -56,7 +56,8 @@ class PlanningModule(Diagram):
 
     - robot_state: RobotState, frame W.
     - region_set: RegionSet, frame W.
-    - ground_heights (optional): GroundHeights that swings clear, frame W.
+    - ground_heights (optional): GroundHeights that swings clear and the monitor holds the reference against,
+      frame W.
     - safety_status (optional): SafetyStatus; while it is unstable the reference is dropped.
     - goal: x, y in W [m], vector (2,).
     - reference: WholeBodyReference to follow, frame W, absolute times; without samples while there is nothing to follow.
@@ -77,7 +78,7 @@ class PlanningModule(Diagram):
         footholds = builder.AddSystem(FootholdPlanner(robot, config.footholds, timings=timings))
         swings = builder.AddSystem(SwingTrajectoryOptimizer(robot, config.swings, timings=timings))
         publisher = builder.AddSystem(ReferencePublisher(config.publisher, timings=timings))
-        monitor = builder.AddSystem(ReplanMonitor(config.monitor, timings=timings))
+        monitor = builder.AddSystem(ReplanMonitor(robot, config.monitor, timings=timings))
 
         builder.Connect(torso.GetOutputPort("torso_path"), footholds.GetInputPort("torso_path"))
         builder.Connect(footholds.GetOutputPort("foothold_plan"), swings.GetInputPort("foothold_plan"))
@@ -89,13 +90,16 @@ class PlanningModule(Diagram):
         builder.Connect(monitor.GetOutputPort("swings_to_avoid"), footholds.GetInputPort("refused_swings"))
         builder.Connect(monitor.GetOutputPort("plan_request"), torso.GetInputPort("plan_request"))
         builder.Connect(monitor.GetOutputPort("abort"), publisher.GetInputPort("abort"))
+        builder.Connect(monitor.GetOutputPort("cut"), publisher.GetInputPort("cut"))
 
         builder.ExportInput(torso.GetInputPort("robot_state"), "robot_state")
         for system in (footholds, swings, monitor):
             builder.ConnectInput("robot_state", system.GetInputPort("robot_state"))
         builder.ExportInput(torso.GetInputPort("region_set"), "region_set")
-        builder.ConnectInput("region_set", swings.GetInputPort("region_set"))
         builder.ExportInput(swings.GetInputPort("ground_heights"), "ground_heights")
+        for system in (swings, monitor):
+            builder.ConnectInput("region_set", system.GetInputPort("region_set"))
+        builder.ConnectInput("ground_heights", monitor.GetInputPort("ground_heights"))
         builder.ExportInput(monitor.GetInputPort("safety_status"), "safety_status")
         builder.ExportInput(monitor.GetInputPort("goal"), "goal")
         builder.ExportOutput(publisher.GetOutputPort("reference"), "reference")

@@ -22,7 +22,7 @@ from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.perception.config import PerceptionConfig, steppable_perception
 from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.terrain.terrain import Terrain
+from quadpips_drake.terrain.terrain import Element, Terrain
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.images import AffordanceImage
 from quadpips_drake.values.plans import PlanSketch
@@ -101,6 +101,7 @@ class QuadpipsDiagram(Diagram):
         config: QuadpipsConfig | None = None,
         *,
         planner: str = "quadpips",
+        appearing: tuple[Element, ...] = (),
         seed: int = 0,
         timings: StageTimings | None = None,
         meshcat=None,
@@ -111,6 +112,7 @@ class QuadpipsDiagram(Diagram):
             terrain: world, start and goal.
             config: all stages' parameters.
             planner: who plans, a name in the registry of planners.
+            appearing: elements that are not there until ``station.let_appear``.
             seed: of all random numbers.
             timings: collects the stages' computing times.
             meshcat: where to draw; None draws nothing.
@@ -119,7 +121,8 @@ class QuadpipsDiagram(Diagram):
         self._config, self._seed, self._timings = config or QuadpipsConfig(), seed, timings or StageTimings()
         self.terrain = terrain
         builder = DiagramBuilder()
-        self.station = builder.AddSystem(SimulationStation(robot, terrain, self._config.station, seed=seed))
+        station = SimulationStation(robot, terrain, self._config.station, appearing=appearing, seed=seed)
+        self.station = builder.AddSystem(station)
         self.robot = self.station.robot
         sensors = {name: self.station.GetOutputPort(name) for name in output_names(self.station)}
         setup = EstimatorSetup(

@@ -24,12 +24,14 @@ from quadpips_drake.sensing.contact_sensing import deepest_overlap, find_contact
 from quadpips_drake.sensing.depth_camera import DepthCameraConfig, add_depth_camera, make_intrinsics
 from quadpips_drake.sensing.foot_contact_sensor_system import FootContactSensor
 from quadpips_drake.sensing.imu_system import Imu, ImuConfig
+from quadpips_drake.terrain.appearing.appearing_bodies import AppearingBodies, add_appearing_to_camera_scene
+from quadpips_drake.terrain.appearing.appearing_poses_system import AppearingPoses
 from quadpips_drake.terrain.camera_scene import add_terrain_to_camera_scene
 from quadpips_drake.terrain.ground_window import GroundWindow
 from quadpips_drake.terrain.ground_window_system import GroundWindowGuard
 from quadpips_drake.terrain.plant_builder import add_terrain_to_plant, element_index
 from quadpips_drake.terrain.standing_pose import standing_pose
-from quadpips_drake.terrain.terrain import Terrain
+from quadpips_drake.terrain.terrain import Element, Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.legs import JOINTS_PER_LEG, NUM_JOINTS, Leg
 
@@ -114,8 +116,25 @@ class SimulationStation(Diagram):
     - query_object: SceneGraph's QueryObject.
     """
 
-    def __init__(self, robot: RobotModel, terrain: Terrain, config: StationConfig, meshcat=None, *, seed: int = 0):
-        """Args: robot; world; physics, drives and sensors; where to draw; seed of the sensors' noise."""
+    def __init__(
+        self,
+        robot: RobotModel,
+        terrain: Terrain,
+        config: StationConfig,
+        meshcat=None,
+        *,
+        appearing: tuple[Element, ...] = (),
+        seed: int = 0,
+    ):
+        """
+        Args:
+            robot: model of the robot.
+            terrain: the world.
+            config: physics, drives and sensors.
+            meshcat: where to draw.
+            appearing: elements that are not there until ``let_appear``.
+            seed: of the sensors' noise.
+        """
         Diagram.__init__(self)
         if config.camera_pitch is not None:
             robot = robot.with_camera_pitch(config.camera_name, config.camera_pitch)
@@ -128,7 +147,7 @@ class SimulationStation(Diagram):
         self._delays: dict[str, DiscreteTimeDelay] = {}
 
         builder = DiagramBuilder()
-        self.plant, self.scene_graph, window = _add_plant(builder, robot, terrain, config)
+        self.plant, self.scene_graph, window, self._appearing = _add_plant(builder, robot, terrain, config, appearing)
         self._window_guard = None if window is None else self._add_window_guard(builder, window)
         self.contact_geometries = find_contact_geometries(robot, self.plant, self.scene_graph.model_inspector())
         self._camera_plant = self._add_camera(builder)
@@ -179,6 +198,16 @@ class SimulationStation(Diagram):
             scene_context = self.scene_graph.GetMyMutableContextFromRoot(root_context)
             self._window_guard.follow(self._window_guard.GetMyMutableContextFromRoot(root_context), scene_context)
 
+    def let_appear(self, root_context, number: int, X_WE: np.ndarray) -> set[GeometryId]:
+        """Puts one of the elements ``appearing`` to the pose ``X_WE`` (4, 4); returns what of it can be touched."""
+        self._appearing.put(self.plant, self.plant.GetMyMutableContextFromRoot(root_context), number, X_WE)
+        return self._appearing.geometries(self.plant, self.scene_graph.model_inspector(), number)
+
+    def sink(self, root_context, numbers) -> None:
+        """Puts elements ``appearing`` back to where nobody meets them."""
+        for number in numbers:
+            self._appearing.sink(self.plant, self.plant.GetMyMutableContextFromRoot(root_context), number)
+
     def _add_window_guard(self, builder: DiagramBuilder, window: GroundWindow) -> GroundWindowGuard:
         first = self.plant.GetBodyByName("base").floating_positions_start() + 4  # behind the quaternion
         guard = builder.AddSystem(GroundWindowGuard(window, self.plant.num_multibody_states(), first))
@@ -200,6 +229,11 @@ class SimulationStation(Diagram):
         poses = builder.AddNamedSystem("camera_scene_poses", MultibodyPositionToGeometryPose(plant, True))
         builder.Connect(self.plant.get_state_output_port(), poses.get_input_port())
         builder.Connect(poses.get_output_port(), scene.get_source_pose_port(plant.get_source_id()))
+        if self._appearing.elements:
+            source, frames = add_appearing_to_camera_scene(self._appearing.elements, scene)
+            appearing = builder.AddSystem(AppearingPoses(self._appearing.bodies, frames))
+            builder.Connect(self.plant.get_body_poses_output_port(), appearing.GetInputPort("body_poses"))
+            builder.Connect(appearing.GetOutputPort("frame_poses"), scene.get_source_pose_port(source))
 
         base = plant.GetBodyFrameIdOrThrow(plant.GetBodyByName("base").index())
         names = [self.config.camera_name, *self.config.further_cameras]
@@ -249,7 +283,7 @@ class SimulationStation(Diagram):
         builder.ExportOutput(self.scene_graph.get_query_output_port(), "query_object")
 
 
-def _add_plant(builder: DiagramBuilder, robot: RobotModel, terrain: Terrain, config: StationConfig):
+def _add_plant(builder: DiagramBuilder, robot: RobotModel, terrain: Terrain, config: StationConfig, elements):
     plant_config = MultibodyPlantConfig(
         time_step=config.time_step,
         contact_model="point",
@@ -268,8 +302,9 @@ def _add_plant(builder: DiagramBuilder, robot: RobotModel, terrain: Terrain, con
     damping = robot.damping if config.damping is None else np.tile(config.damping, len(Leg))
     for name, p, d in zip(robot.joint_names, stiffness, damping, strict=True):
         plant.GetJointActuatorByName(name, instance).set_controller_gains(PdControllerGains(p=p, d=d))
+    appearing = AppearingBodies(elements, plant, terrain.friction)
     plant.Finalize()
-    return plant, scene_graph, window
+    return plant, scene_graph, window, appearing
 
 
 def _collision_geometries(plant: MultibodyPlant, instance) -> list[GeometryId]:

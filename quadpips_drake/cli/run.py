@@ -35,6 +35,8 @@ Examples:
 
   quadpips run --terrain balance_beam --difficulty 0.3
 
+  quadpips run --terrain flat --spawn box:0.2,0.2,0.15@foothold@4
+
   quadpips run my_scenario.yaml --goal 4,0  a file, one value replaced
 
   quadpips run OTHER_RUN/config.yaml --out AGAIN   the same trial once more
@@ -62,6 +64,13 @@ def run(
     seed: Seed = None,
     start: Start = None,
     goal: Annotated[str | None, typer.Option(metavar="X,Y", help="Goal, m. Default: the terrain's.")] = None,
+    spawn: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ELEMENT@TIME",
+            help="What appears on the way: box:L,W,H@X,Y@TIME, box:L,W,H@foothold@TIME, FILE.yaml@TIME; may be repeated.",
+        ),
+    ] = None,
     duration: Annotated[
         float | None, typer.Option(parser=console.seconds, metavar="S", help="Longest simulated time, s. Default: 60.")
     ] = None,
@@ -92,6 +101,7 @@ def run(
     """
     options = {"robot": robot, "terrain": terrain, "planner": planner, "seed": seed, "duration": duration}
     options |= {"latency": latency, "threads": threads, "difficulty": difficulty}
+    options["spawn"] = spawn or None
     options["start"] = None if start is None else console.numbers("--start", start, "X,Y,YAW")
     options["goal"] = None if goal is None else console.numbers("--goal", goal, "X,Y")
     chosen = [] if regions is None else [f"stages.region_source={regions}"]

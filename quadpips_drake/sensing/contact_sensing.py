@@ -64,6 +64,25 @@ def touching_links(results: ContactResults, geometries: ContactGeometries) -> li
     return links
 
 
+def links_that_touch(results: ContactResults, geometries: ContactGeometries, others: set[GeometryId]) -> list[str]:
+    """Returns the links, feet as "<leg>_foot", that touch one of the ``others``; each once."""
+    links = []
+    for i in range(results.num_point_pair_contacts()):
+        pair = results.point_pair_contact_info(i).point_pair()
+        for own, other in ((pair.id_A, pair.id_B), (pair.id_B, pair.id_A)):
+            link = f"{Leg(geometries.feet[own]).name}_foot" if own in geometries.feet else geometries.body.get(own)
+            if other in others and link and link not in links:
+                links.append(link)
+    return links
+
+
+def overlaps(query: QueryObject, geometries: ContactGeometries, others: set[GeometryId]) -> bool:
+    """Whether any part of the robot, feet included, is inside one of the ``others`` where everything is now."""
+    own = {*geometries.feet, *geometries.body}
+    pairs = query.ComputePointPairPenetration()
+    return any({pair.id_A, pair.id_B} & own and {pair.id_A, pair.id_B} & others for pair in pairs)
+
+
 def links_touching_each_other(results: ContactResults, geometries: ContactGeometries) -> list[tuple[str, str]]:
     """Returns the pairs of the robot's own links that touch each other, feet included with their shanks; each once."""
     owner = geometries.body | {geometry: f"{Leg(leg).name}_SHANK" for geometry, leg in geometries.feet.items()}

@@ -11,10 +11,11 @@ import numpy as np
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import StageConfig, stage_rate
+from quadpips_drake.supervision.ground_events import Doubts, GroundEventConfig, confirmed_problem
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, PlanStart, RefusedSwings
-from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.reference import ReferenceCut, WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.status import SafetyStatus, StageStatus
 
@@ -22,6 +23,10 @@ _MORE_LEAD = 0.2
 """By how much the next plan is asked for earlier after one that came too late [s]."""
 _PUBLICATION_TIME = 0.05
 """How long after its status a reference is published at the latest [s]."""
+_LEAST_LEAD = 0.5
+"""A plan from where the reference has to end is asked for if there is this part of the lead time left [1]."""
+_SAME_TIME = 1e-6
+"""Moments closer than this are one [s]."""
 _SURROUNDINGS = 1.5
 """Refused swings are forgotten when the robot is further than this from where they begin [m]."""
 
@@ -61,6 +66,7 @@ class MonitorConfig(StageConfig):
     lead_time: float = ranged(0.75, 0.0, 100.0)
     """How long before the next plan begins it is asked for [s]; more after one that came too late. 0: the robot stands
     between plans, as in the release."""
+    ground: GroundEventConfig = field(default_factory=GroundEventConfig)
 
     def __post_init__(self):
         super().__post_init__()
@@ -83,6 +89,10 @@ class Situation:
     safety: SafetyStatus = field(default_factory=SafetyStatus.empty)
     refused: RefusedSwings = field(default_factory=RefusedSwings.empty)
     """What the trajectory stage refused of the last plan."""
+    problems: tuple = ()
+    """Problems that the newest regions and heights make for the reference."""
+    regions_stamp: float = -np.inf
+    """Of these regions [s]."""
 
     @property
     def distance_to_goal(self) -> float:
@@ -122,12 +132,24 @@ class Monitor(ImmutableValue):
     """What MonitorConfig.lead_time has grown by [s]."""
     late_plans: int = 0
     """Plans that were ready after they were to begin."""
+    doubts: Doubts = field(default_factory=Doubts)
+    """Problems that are not certain yet."""
+    cut: ReferenceCut = field(default_factory=ReferenceCut.empty)
+    """Where the reference that is being followed has to end."""
+    events: tuple = ()
+    """((name, count), ...) of what called for another plan."""
 
 
 def _going_on(monitor: Monitor) -> dict:
     """Changes of a monitor that sees the reference that it asked for."""
     level = max(monitor.level - 1, 0)
     return {"followed": monitor.request.id, "failed_in_a_row": 0, "refusals_in_a_row": 0, "last_one": False, "level": level}
+
+
+def _counted(monitor: Monitor, event: str) -> Monitor:
+    """The monitor after one more ``event``."""
+    events = dict(monitor.events)
+    return replace(monitor, events=tuple((events | {event: events.get(event, 0) + 1}).items()))
 
 
 def _enter(monitor: Monitor, phase: str, time: float, reason: str = "", **changes) -> Monitor:
@@ -231,6 +253,7 @@ def _walking(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor
     reference = now.reference
     if reference.request_id not in (monitor.followed, monitor.request.id) or not len(reference.times):
         return _pause(monitor, now, config.pause, "the reference was dropped", config)
+    monitor = _look_at_ground(monitor, now, config)
     monitor = _look_ahead(monitor, now, config)
     late = now.time - float(reference.times[-1])
     distance = float(np.linalg.norm(now.state.p_WB - reference.states[-1, CentroidalState.POSITION]))
@@ -239,6 +262,38 @@ def _walking(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor
     if late >= config.completion_timeout:
         return _pause(monitor, now, config.pause, f"the reference ended {distance:.2f} m away", config)
     return monitor
+
+
+def _look_at_ground(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    """Ends the reference before what it must not do any more, and asks for a plan from there."""
+    doubts, problem = confirmed_problem(monitor.doubts, now.problems, now.regions_stamp, config.ground)
+    monitor = replace(monitor, doubts=doubts)
+    stop = None if problem is None else last_stance(now.reference, problem.before, now.time)
+    is_cut = monitor.cut.follows == now.reference.request_id
+    if stop is None or (is_cut and monitor.cut.time <= stop.time):
+        return monitor
+    reason = f"{problem.kind.replace('_', ' ')}: {problem.words}"
+    monitor = replace(_counted(monitor, problem.kind), cut=ReferenceCut(stop.follows, stop.time), reason=reason)
+    asked = monitor.request
+    if asked.id != monitor.followed and not monitor.last_one and asked.start.time <= stop.time:
+        return monitor  # the next plan begins before; it will be looked at when it is there
+    if stop.time - now.time < _LEAST_LEAD * config.lead_time or config.lead_time == 0.0:
+        return replace(monitor, last_one=True)
+    return replace(monitor, last_one=False, **_asking(monitor, now, stop))
+
+
+def last_stance(reference: WholeBodyReference, before: float, time: float) -> PlanStart | None:
+    """A moment of ``reference`` in its last full stance until ``before`` [s]; None if that is over at ``time`` [s]."""
+    stances = [(begin, end) for begin, end in reference.schedule.full_stances() if end <= before + _SAME_TIME]
+    if not stances:
+        return None
+    begin, end = max(stances[-1][0], float(reference.times[0])), stances[-1][1]
+    moment = max(0.5 * (begin + end), time + _PUBLICATION_TIME)
+    if moment > end:
+        return None
+    sample = int(np.searchsorted(reference.times, moment + _SAME_TIME)) - 1
+    sample = sample if reference.times[sample] >= time else sample + 1
+    return PlanStart(reference.request_id, float(reference.times[sample]), reference.states[sample])
 
 
 def _look_ahead(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
@@ -254,8 +309,11 @@ def _look_ahead(monitor: Monitor, now: Situation, config: MonitorConfig) -> Moni
         if problem:
             return replace(monitor, last_one=True, failed_plans=monitor.failed_plans + 1, reason=f"no next plan: {problem}")
         if now.time > asked.start.time + _PUBLICATION_TIME:
-            lead, late = monitor.lead + _MORE_LEAD, monitor.late_plans + 1
+            in_a_hurry = monitor.cut.follows == reference.request_id
+            lead, late = monitor.lead + (0.0 if in_a_hurry else _MORE_LEAD), monitor.late_plans + 1
             return replace(monitor, last_one=True, late_plans=late, lead=lead, reason="the next plan is late")
+        return monitor
+    if monitor.last_one:
         return monitor
     start = next_start(reference, now, config, config.lead_time + monitor.lead)
     if start is None or now.time < start.time - config.lead_time - monitor.lead:

@@ -5,11 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.framework.stage import Inputs, Stage
+from quadpips_drake.robots.robot_model import RobotModel
+from quadpips_drake.supervision.ground_events import extent_of, find_problems
 from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, RefusedSwings
-from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.reference import ReferenceCut, WholeBodyReference
+from quadpips_drake.values.regions import GroundHeights, RegionSet
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.status import PlannerPhase, PlannerStatus, SafetyStatus, StageStatus
 
@@ -40,11 +43,14 @@ class ReplanMonitor(Stage):
         - trajectory_status (optional)
         - refused_swings (optional)
         - safety_status (optional)
+        - region_set (optional)
+        - ground_heights (optional)
         output_ports:
         - plan_request
         - swings_to_avoid
         - status
         - abort
+        - cut
 
     - robot_state: RobotState, frame W.
     - goal: x, y in W [m], vector (2,); it may move: the next request is for where it is then.
@@ -56,18 +62,23 @@ class ReplanMonitor(Stage):
       them is asked for at once.
     - safety_status (optional): SafetyStatus; while it is unstable there is nothing to follow. Missing: always stable and at
       rest.
+    - region_set (optional): RegionSet, frame W, and
+    - ground_heights (optional): GroundHeights, frame W: what is known now, against which the coming footholds, swings and
+      the way of the torso are held (``ground_events``). Missing: nothing speaks against them.
     - plan_request: PlanRequest for the goal, frame W; a new id for each plan, 0 before the first.
     - swings_to_avoid: RefusedSwings that plans shall do without from here on, frame W.
     - status: PlannerStatus: phase, reason, counters and the distance to the goal [m].
     - abort: bool; True while the robot recovers, in which time there is nothing to follow.
+    - cut: ReferenceCut: where the reference that is followed has to end, because it must not go on as planned.
 
     All outputs are updated at ``config.rate`` (10 Hz).
     """
 
-    def __init__(self, config: MonitorConfig | None = None, *, timings: StageTimings | None = None):
+    def __init__(self, robot: RobotModel, config: MonitorConfig | None = None, *, timings: StageTimings | None = None):
         first = Monitor(PlanRequest(0, 0.0, np.zeros(2)))
         memory = _Memory(first, PlannerStatus(0.0, PlannerPhase(first.phase), first.reason))
         super().__init__("replan_monitor", config or MonitorConfig(), memory=memory, timings=timings)
+        self._robot = robot
         self.declare_input("robot_state", RobotState)
         self.declare_vector_input("goal", 2)
         self.declare_input("reference", WholeBodyReference)
@@ -75,10 +86,13 @@ class ReplanMonitor(Stage):
         self.declare_input("trajectory_status", StageStatus, default=StageStatus.empty())
         self.declare_input("refused_swings", RefusedSwings, default=RefusedSwings.empty())
         self.declare_input("safety_status", SafetyStatus, default=SafetyStatus.empty())
+        self.declare_input("region_set", RegionSet, default=RegionSet.empty())
+        self.declare_input("ground_heights", GroundHeights, default=GroundHeights.empty())
         self.declare_output("plan_request", PlanRequest, lambda memory: memory.monitor.request)
         self.declare_output("swings_to_avoid", RefusedSwings, lambda memory: memory.monitor.refused)
         self.declare_output("status", PlannerStatus, lambda memory: memory.status)
         self.declare_output("abort", bool, lambda memory: memory.monitor.phase == PlannerPhase.RECOVERING)
+        self.declare_output("cut", ReferenceCut, lambda memory: memory.monitor.cut)
 
     def update(self, inputs: Inputs, memory: _Memory, time: float) -> _Memory:
         """Looks at the situation."""
@@ -93,6 +107,8 @@ class ReplanMonitor(Stage):
             goal=np.array(inputs.goal),
             safety=inputs.safety_status,
             refused=inputs.refused_swings,
+            problems=self._problems(inputs, memory.monitor, time),
+            regions_stamp=inputs.region_set.stamp,
         )
         monitor = advance(memory.monitor, now, self.config)
         status = PlannerStatus(
@@ -107,7 +123,17 @@ class ReplanMonitor(Stage):
                 "escalated_plans": monitor.escalated,
                 "swing_trajectory": now.trajectory_status.fallbacks,
             },
+            events=dict(monitor.events),
             distance_to_goal=now.distance_to_goal,
             escalation=monitor.request.level,
         )
         return _Memory(monitor, status)
+
+    def _problems(self, inputs: Inputs, monitor: Monitor, time: float) -> tuple:
+        """What newer knowledge of the ground says against the reference; only looked for while it matters."""
+        config, regions = self.config.ground, inputs.region_set
+        if monitor.phase != PlannerPhase.WALKING or not config.region_sets or regions.stamp <= monitor.doubts.stamp:
+            return ()
+        feet = self._robot.foot_positions_W(inputs.robot_state)
+        extent = extent_of(self._robot)
+        return tuple(find_problems(inputs.reference, time, regions, inputs.ground_heights, feet, extent, config))

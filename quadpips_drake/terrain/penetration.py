@@ -3,7 +3,7 @@
 import numpy as np
 
 from quadpips_drake.terrain.raycast import ElementArrays, cast_down
-from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Terrain
+from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Sphere, Terrain
 
 _RINGS = ((0.0, 1), (0.5, 8), (0.9, 12))
 """Where the lower half of a sphere is held against a mesh: parts of its radius, and how many points there."""
@@ -33,13 +33,15 @@ def sphere_depths(terrain: Terrain, centers: np.ndarray, radius: float) -> np.nd
 
 
 def _depths(element: Element, centers: np.ndarray, radius: float) -> np.ndarray:
-    """Into a box or a cylinder; 0 into a mesh."""
+    """Into a box, a cylinder or a sphere; 0 into a mesh."""
     local = (centers - element.X_WE[:3, 3]) @ element.X_WE[:3, :3]
     if isinstance(element, Box):
         beyond = np.abs(local) - 0.5 * element.size
     elif isinstance(element, Cylinder):
         around = np.hypot(local[:, 0], local[:, 1]) - element.radius
         beyond = np.column_stack((around, np.abs(local[:, 2]) - 0.5 * element.length))
+    elif isinstance(element, Sphere):
+        beyond = np.linalg.norm(local, axis=1)[:, None] - element.radius
     else:
         return np.zeros(len(centers))
     distance = np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + np.minimum(beyond.max(axis=1), 0.0)

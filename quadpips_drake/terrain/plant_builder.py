@@ -93,23 +93,25 @@ def _add_collision_shapes(index: int, element: Element, plant: MultibodyPlant, f
     X_WE, coulomb = RigidTransform(element.X_WE), CoulombFriction(friction, friction)
     return [
         plant.RegisterCollisionGeometry(plant.world_body(), X_WE, shape, f"{_PREFIX}{index:04d}_{k}", coulomb)
-        for k, shape in enumerate(_collision_shapes(element))
+        for k, shape in enumerate(collision_shapes(element))
     ]
 
 
 def add_terrain_visual(index: int, element: Element, plant: MultibodyPlant) -> None:
     """Shows one element, as itself, in the colour of its label."""
-    shape, X_WE, color = _visual_shape(element), RigidTransform(element.X_WE), np.array(COLORS[element.label])
+    shape, X_WE, color = visual_shape(element), RigidTransform(element.X_WE), np.array(COLORS[element.label])
     plant.RegisterVisualGeometry(plant.world_body(), X_WE, shape, f"{_PREFIX}{index:04d}", color)
 
 
-def _visual_shape(element: Element):
+def visual_shape(element: Element):
+    """The shape in which an element is drawn, in E."""
     if isinstance(element, Mesh):
         return MeshShape(in_memory_mesh(element.vertices, element.triangles))
-    return _collision_shapes(element)[0]
+    return collision_shapes(element)[0]
 
 
-def _collision_shapes(element: Element) -> list:
+def collision_shapes(element: Element) -> list:
+    """The shapes by which an element is touched, in E."""
     if isinstance(element, Box):
         return [BoxShape(*element.size)]
     if isinstance(element, Cylinder):
@@ -134,7 +136,7 @@ def _bounds_of_shapes(terrain: Terrain) -> np.ndarray:
 
 
 def _shape_bounds(element: Element) -> np.ndarray:
-    """Lowest x, y and highest x, y [m] in W of each shape of ``_collision_shapes``, (n, 2, 2)."""
+    """Lowest x, y and highest x, y [m] in W of each shape of ``collision_shapes``, (n, 2, 2)."""
     if isinstance(element, Mesh) and not _is_convex(element):
         corners = element.corners()[element.triangles[_has_prism(element)]]
         return np.stack((corners.min(axis=1), corners.max(axis=1)), axis=1)[:, :, :2]

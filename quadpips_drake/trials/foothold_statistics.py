@@ -82,7 +82,7 @@ def ends_in_force(references: list, arrays: dict) -> list[float]:
     return [min(stamp, times.min(initial=np.inf)) for stamp, times in zip(stamps, dropped, strict=False)]
 
 
-def swing_statistics(references: list, arrays: dict, robot: RobotModel, terrain: Terrain) -> dict:
+def swing_statistics(references: list, arrays: dict, robot: RobotModel, terrain: Terrain, appeared: list = ()) -> dict:
     """Counts and measures the swings that were in force.
 
     Args:
@@ -90,7 +90,8 @@ def swing_statistics(references: list, arrays: dict, robot: RobotModel, terrain:
         arrays: of the log: ``time`` (n,), ``foot_positions`` (n, 4, 3) in W [m], ``contacts`` (n, 4), and what
             ``ends_in_force`` looks at.
         robot: whose feet.
-        terrain: the true one.
+        terrain: the true one at the beginning.
+        appeared: what came later: (since when [s], Terrain of that alone), ....
 
     Returns:
         ``swings``: how many; ``infeasible``: how many of them contradict the dynamics or miss their foothold; ``worst_m``:
@@ -112,14 +113,22 @@ def swing_statistics(references: list, arrays: dict, robot: RobotModel, terrain:
             missed = np.linalg.norm(feet[landed, leg] - foothold.position) > _MAX_MISS
             knots = (reference.times[:-1] > start - 1e-9) & (reference.times[:-1] < end - 1e-9)
             counts["infeasible"] += bool(missed or np.sqrt((defects[knots] ** 2).sum()) > _MAX_DEFECT)
-            planned.append(feet[(reference.times > start + _ENDS) & (reference.times < end - _ENDS), leg])
-            executed.append(arrays["foot_positions"][(time > start + _ENDS) & (time < end - _ENDS), leg])
+            for paths, times, points in (
+                (planned, reference.times, feet[:, leg]),
+                (executed, time, arrays["foot_positions"][:, leg]),
+            ):
+                on_the_way = (times > start + _ENDS) & (times < end - _ENDS)
+                paths.append(np.column_stack((times, points))[on_the_way])
             first, last = (start + part * (end - start) for part in _TOUCH)
             counts["touches"] += bool(arrays["contacts"][(time > first) & (time < last), leg].any())
     worst = {}
     for name, paths in (("worst_m", planned), ("executed_worst_m", executed)):
-        points = np.concatenate(paths) if paths else np.zeros((0, 3))
-        worst[name] = round(float(sphere_depths(terrain, points, robot.foot_radius).max(initial=0.0)), 4)
+        points = np.concatenate(paths) if paths else np.zeros((0, 4))
+        depth = 0.0
+        for since, elements in ((-np.inf, terrain), *appeared):
+            there = points[points[:, 0] >= since, 1:]
+            depth = max(depth, float(sphere_depths(elements, there, robot.foot_radius).max(initial=0.0)))
+        worst[name] = round(depth, 4)
     return counts | worst
 
 

@@ -42,6 +42,10 @@ class TrialJudge:
         self._has_goal = has_goal
         self._at_goal_since: float | None = None
 
+    def look_at(self, terrain: Terrain) -> None:
+        """The world is this one from now on."""
+        self._truth = GroundTruth(terrain)
+
     def distance_to_goal(self, state: RobotState) -> float:
         """Horizontal distance of the torso to the goal [m]."""
         return float(np.linalg.norm(state.p_WB[:2] - self._goal))

@@ -28,6 +28,8 @@ class Observation:
     """What whole-body control tells the drives."""
     fallbacks: dict
     """How often tracking had to fall back so far: {stage: count}."""
+    instabilities: dict
+    """How often what has made the robot unstable: {"unstable_<event>": count}."""
 
 
 def read(diagram, port: str, context):
@@ -45,6 +47,7 @@ def observe(diagram, context) -> Observation:
     state = read(diagram, "true_robot_state", context)
     policy, wbc = read(diagram, "mpc_policy", context), read(diagram, "wbc_status", context)
     safety = read(diagram, "safety_status", context)
+    instabilities = {f"unstable_{event}": count for event, count in safety.counts_by_event().items()}
     links = touching_links(read(diagram, "contact_results", context), diagram.station.contact_geometries)
     return Observation(
         robot_state=state,
@@ -56,6 +59,7 @@ def observe(diagram, context) -> Observation:
         fallbacks={
             "mpc": policy.fallbacks,
             "wbc": wbc.fallbacks,
-            **{f"unstable_{event}": count for event, count in safety.counts_by_event().items()},
+            **instabilities,
         },
+        instabilities=instabilities,
     )

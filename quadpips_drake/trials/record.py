@@ -59,7 +59,8 @@ def record_trial(
         options: further keyword arguments of ``kind``.
 
     Raises:
-        UserInputError: ``out`` holds results, somebody else writes there, or the trial cannot be had as asked for.
+        UserInputError: ``out`` holds results, somebody else writes there, or the trial cannot be had as asked for; that may
+            come to light during the trial, then what was simulated has been written.
         KeyboardInterrupt: the program was interrupted; what was simulated has been written.
     """
     with ResultDirectory(out, overwrite=overwrite) as directory:
@@ -151,6 +152,8 @@ def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, instr
         if failures:
             announce(failures)
         raise interrupt
+    if trial.refusal is not None:
+        raise trial.refusal
     if failures:
         raise UserInputError(f"{result.reason.replace('_', ' ')} after {result.sim_time:.1f} s, but {failures}")
     return result

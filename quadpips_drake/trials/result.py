@@ -36,9 +36,13 @@ class TrialResult:
     timings_ms: dict = field(default_factory=dict)
     replans: int = 0
     fallbacks: dict = field(default_factory=dict)
+    events: dict = field(default_factory=dict)
+    """How often what called for another plan, or for a halt: {name: count}."""
     footholds: dict = field(default_factory=lambda: {"planned": 0, "slipped": 0, "missed": 0})
     clearance: dict = field(default_factory=dict)
     """Of the swings of a run: whether they were feasible and how they cleared the terrain, see ``swing_statistics``."""
+    spawned: list = field(default_factory=list)
+    """What appeared during a run: ``what``, ``at``, ``noticed`` [s], ``touched``, see ``spawning``."""
     walk: dict = field(default_factory=dict)
     """How well a walk followed its commands, see ``walk_statistics``; empty for a run."""
     versions: dict = field(default_factory=dict)

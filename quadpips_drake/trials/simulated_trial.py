@@ -98,6 +98,8 @@ class SimulatedTrial:
         self.verdict: Verdict | None = None
         self.wall_time = 0.0
         self.traceback = ""
+        self.refusal: UserInputError | None = None
+        """What was wrong with the input, if that came to light only during the trial."""
 
     def use_threads(self, number: int) -> None:
         """With two, late results are computed in the background from now on, until ``run`` has ended."""
@@ -115,6 +117,10 @@ class SimulatedTrial:
     def time_is_up(self) -> Verdict:
         """The verdict when nothing else has ended the trial."""
         raise NotImplementedError
+
+    def prepare_world(self) -> None:
+        """Called before each step; raises UserInputError for what makes no sense now."""
+        self.diagram.station.bring_ground_near(self.context)
 
     def run(
         self, progress: Callable[[float], None] | None = None, look: Callable[["SimulatedTrial"], None] | None = None
@@ -141,7 +147,7 @@ class SimulatedTrial:
                     self.verdict = self.time_is_up()
                 if self.verdict is None:
                     ticks += 1
-                    self.diagram.station.bring_ground_near(self.context)
+                    self.prepare_world()
                     self.simulator.AdvanceTo(ticks * step)
                     check_interruption()
                 if progress is not None and ticks % 10 == 0:
@@ -149,6 +155,8 @@ class SimulatedTrial:
         except KeyboardInterrupt as interrupt:
             self.verdict = Verdict("interrupted", f"by {interrupt}" if str(interrupt) else "by Ctrl-C")
             raise
+        except UserInputError as error:
+            self.refusal, self.verdict = error, Verdict("error", str(error))
         except BREAKDOWNS as error:
             self.traceback = traceback.format_exc()
             self.verdict = Verdict("error", f"the simulation stopped: {in_one_line(error)}")

@@ -1,5 +1,6 @@
 """One trial: a robot, a terrain, a planner and a seed, simulated until the judge says that it is over."""
 
+from dataclasses import field
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, problem_with_trial_start
+from quadpips_drake.trials.spawning.spawner import Spawner, parse_spawns
 from quadpips_drake.trials.trial_options import default_stages
 from quadpips_drake.trials.world import world_of
 
@@ -37,6 +39,8 @@ class TrialConfig(SimulationConfig):
     in these keys below ``stages``; what is set there itself counts more."""
     goal: list[float] = ranged([], -1000.0, 1000.0, lengths=(0, 2))
     """x, y [m]; empty: the terrain's own goal."""
+    spawn: list[str] = field(default_factory=list)
+    """What appears during the trial: KIND:SIZE@X,Y[,Z[,YAW]]@TIME, KIND:SIZE@foothold@TIME or FILE.yaml@TIME."""
     stages: QuadpipsConfig | None = None
     """All stages; default: for ``robot``, with the sections that planner, region source and state estimator need."""
 
@@ -59,6 +63,7 @@ class TrialConfig(SimulationConfig):
     def __post_init__(self):
         super().__post_init__()
         planners.get(self.planner)
+        parse_spawns(self.spawn, self.duration)
         if self.stages is None:
             self.stages = default_stages(self.stages_type(self.planner), self.robot, self.latency, self.latency_scale)
 
@@ -86,24 +91,34 @@ class Trial(SimulatedTrial):
         problem = problem_with_trial_start(config, robot, terrain) or problem_with_goal(terrain)
         if problem:
             raise UserInputError(problem)
-        timings = StageTimings()
+        timings, spawns = StageTimings(), parse_spawns(config.spawn, config.duration)
         diagram = QuadpipsDiagram(
             robot,
             terrain,
             config.stages,
             planner=config.planner,
+            appearing=tuple(element for spawn in spawns for element in spawn.elements),
             seed=config.seed,
             timings=timings,
             meshcat=meshcat,
         )
         super().__init__(config, terrain, diagram, timings, TrialJudge(terrain, config.judge))
+        self._spawner = Spawner(spawns, diagram, terrain)
         self.use_threads(config.threads)
+
+    def prepare_world(self) -> None:
+        """Lets appear what is due."""
+        super().prepare_world()
+        time, reference = self.context.get_time(), read(self.diagram, "reference", self.context)
+        if self._spawner.advance(self.context, time, reference):
+            self.judge.look_at(self._spawner.terrain)
 
     def sample(self) -> Verdict | None:
         """Logs the present moment and judges it."""
         observation, status = observe(self.diagram, self.context), read(self.diagram, "status", self.context)
         state = observation.robot_state
         self.log.append(state, observation.foot_positions, observation.reference, phase=status.phase.number)
+        self._spawner.watch(self.context, state.stamp)
         initial = np.linalg.norm(self.start[:2] - np.asarray(self.terrain.goal))
         self.note_progress(state.stamp, 1.0 - self.judge.distance_to_goal(state) / max(initial, 1e-9))
         bottoms = self.robot.soles_W(observation.foot_positions)
@@ -124,11 +139,14 @@ class Trial(SimulatedTrial):
             samples = arrays["time"], arrays["foot_positions"], arrays["contacts"]
             ends = ends_in_force(self.log.references, arrays)
             more["footholds"] = foothold_statistics(self.log.references, *samples, until=ends)
-            more["clearance"] = swing_statistics(self.log.references, arrays, self.robot, self.terrain)
+            later = self._spawner.appeared()
+            more["clearance"] = swing_statistics(self.log.references, arrays, self.robot, self.terrain, later)
         return super().result(
             planner=self.config.planner,
             distance_to_goal=round(self.judge.distance_to_goal(observation.robot_state), 4),
             replans=status.replans,
+            events={**status.events, **observation.instabilities},
+            spawned=self._spawner.plain(),
             fallbacks={**status.fallbacks, **observation.fallbacks},
             **more,
         )

@@ -52,6 +52,11 @@ class ContactSchedule(ImmutableValue):
         first = begun[-1] + 1 if len(begun) else 0
         return ContactSchedule(self.event_times[first:], self.stance[first:])
 
+    def full_stances(self) -> list[tuple[float, float]]:
+        """Intervals (begin, end) in which all feet are down, in order; +-inf where the schedule starts or ends so."""
+        bounds = [-np.inf, *self.event_times.tolist(), np.inf]
+        return [(bounds[i], bounds[i + 1]) for i in np.flatnonzero(self.stance.all(axis=1))]
+
     def until(self, time: float) -> "ContactSchedule":
         """The same schedule up to ``time``, at which all feet are down, and standing from there on."""
         events = int(np.searchsorted(self.event_times, time, side="right"))

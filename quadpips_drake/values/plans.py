@@ -154,6 +154,8 @@ class FootholdPlan(ImmutableValue):
     """Whether the wall-clock limit cut the search short."""
     start: PlanStart | None = None
     """That of the request: where ``stances[0]`` comes from."""
+    gait_reason: str = ""
+    """Why the gait is not the usual one."""
     considered: int = 0
     """Stances that the search for this waypoint looked at [1]."""
     refusals: dict = field(default_factory=dict)

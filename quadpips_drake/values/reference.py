@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE
+from quadpips_drake.values.centroidal import INPUT_SIZE, STATE_SIZE, CentroidalInput, CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import Leg
@@ -14,6 +14,24 @@ _SAME_TIME = 1e-6
 """Samples closer than this are one [s]."""
 SETTLING_TIME = 0.1
 """For so long after its planned touch-down a foothold still counts as coming [s]."""
+_STOPPING_TIME = 0.3
+"""In which the base comes to rest where a reference is cut off [s]."""
+_STOPPING_SAMPLES = 6
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceCut(ImmutableValue):
+    """A wish to end a reference early."""
+
+    follows: int = 0
+    """Request id of that reference; 0: of none."""
+    time: float = np.inf
+    """From when on the robot shall stand: a moment with all feet down [s]."""
+
+    @staticmethod
+    def empty() -> "ReferenceCut":
+        """Nothing is cut off."""
+        return ReferenceCut()
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +117,33 @@ class WholeBodyReference(ImmutableValue):
             inputs=np.concatenate((self.inputs[kept], following.inputs)),
             schedule=schedule,
             footholds=(*footholds, *following.footholds),
+        )
+
+    def ended_at(self, time: float, stamp: float) -> "WholeBodyReference":
+        """This reference up to ``time`` [s], at which all feet are down; there the base comes to rest.
+
+        It goes on as it moves at that moment, slower and slower, with its feet where they are. What lies before the present
+        full stance or swing at the time ``stamp`` [s] of publication is left out.
+        """
+        kept = np.flatnonzero((self.times <= time + _SAME_TIME) & (self.times >= stamp - SETTLING_TIME))
+        if not len(kept):
+            raise ValueError(f"there is nothing to follow until {time:g} s")
+        last = kept[-1]
+        state, before = self.states[last], self.states[max(last - 1, 0)]
+        rate = (state - before) / max(self.times[last] - self.times[max(last - 1, 0)], _SAME_TIME)
+        parts = np.arange(1, _STOPPING_SAMPLES + 1)[:, None] / _STOPPING_SAMPLES
+        states = state + _STOPPING_TIME * (parts - 0.5 * parts**2) * rate
+        states[:, CentroidalState.MOMENTUM] = (1.0 - parts) * state[CentroidalState.MOMENTUM]
+        inputs = np.tile(self.inputs[last], (_STOPPING_SAMPLES, 1))
+        inputs[:, CentroidalInput.JOINT_VELOCITIES] *= 1.0 - parts
+        return replace(
+            self,
+            stamp=stamp,
+            times=np.concatenate((self.times[kept], self.times[last] + _STOPPING_TIME * parts[:, 0])),
+            states=np.concatenate((self.states[kept], states)),
+            inputs=np.concatenate((self.inputs[kept], inputs)),
+            schedule=self.schedule.since_full_stance(stamp - SETTLING_TIME).until(time),
+            footholds=tuple(f for f in self.footholds if stamp - SETTLING_TIME < f.touchdown_time <= time),
         )
 
     def with_raised_footholds(self, height: float) -> "WholeBodyReference":

@@ -66,6 +66,14 @@ class GroundHeights(ImmutableValue):
     height: np.ndarray
     """z of the highest surface in each cell [m], float32 (n, m), first index along x; NaN where unknown."""
 
+    def at(self, x, y) -> np.ndarray:
+        """Heights [m] of the cells with the points x, y (n,) [m], (n,); NaN where unknown."""
+        cells = np.floor((np.column_stack((x, y)) - self.corner) / self.cell).astype(int)
+        inside = ((cells >= 0) & (cells < self.height.shape)).all(axis=1)
+        found = np.full(len(cells), np.nan)
+        found[inside] = self.height[tuple(cells[inside].T)]
+        return found
+
     @staticmethod
     def empty() -> "GroundHeights":
         """Nothing is known."""

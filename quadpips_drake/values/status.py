@@ -87,6 +87,8 @@ class PlannerStatus(ImmutableValue):
     """Plans asked for after the first."""
     fallbacks: dict = field(default_factory=dict)
     """How often what has happened so far that should not: {name: count}."""
+    events: dict = field(default_factory=dict)
+    """How often what has happened so far that called for another plan: {name: count}."""
     distance_to_goal: float = math.nan
     """Of the base, in xy [m]."""
     escalation: int = 0

@@ -7,4 +7,4 @@ from quadpips_drake.supervision.safety_monitor_system import SafetyMonitor
 
 
 def make_systems() -> list:
-    return [ReferencePublisher(), ReplanMonitor(), SafetyMonitor(load_robot("anymal_c"))]
+    return [ReferencePublisher(), ReplanMonitor(load_robot("anymal_c")), SafetyMonitor(load_robot("anymal_c"))]

@@ -11,7 +11,7 @@ from quadpips_drake.supervision.reference_publisher import Publication, Referenc
 from quadpips_drake.supervision.reference_publisher_system import ReferencePublisher
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.plans import PlanStart
-from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.reference import ReferenceCut, WholeBodyReference
 from tests.values.test_reference import trot
 
 CONFIG = ReferencePublisherConfig()
@@ -74,3 +74,21 @@ def test_a_plan_made_ahead_does_not_revive_an_aborted_reference():
     aborted = publish(Publication(trot(1, 0.0, 8, 1.0), 1), made_ahead(2, 1, 3.5), True, 3.0, ReferencePublisherConfig())
     late = publish(aborted, made_ahead(3, 1, 3.5), False, 3.1, ReferencePublisherConfig())
     assert len(late.reference.times) == 0
+
+
+def test_a_reference_is_cut_off_once_and_may_go_on_from_there():
+    first = Publication(trot(1, 0.0, 8, 1.0), 1)
+    cut = ReferenceCut(1, 2.0)
+    assert publish(first, _plan(1), False, 1.0, CONFIG, ReferenceCut(7, 2.0)) is first, "another one"
+    assert publish(first, _plan(1), False, 2.2, CONFIG, cut) is first, "too late"
+    short = publish(first, _plan(1), False, 1.0, CONFIG, cut)
+    assert short.reference.request_id == 1 and 2.0 < short.reference.end_time < 2.5
+    assert all(f.touchdown_time <= 2.0 for f in short.reference.footholds)
+    assert publish(short, _plan(1), False, 1.1, CONFIG, cut) is short
+    late = publish(short, made_ahead(2, 1, 3.5), False, 1.2, CONFIG, cut)
+    assert late.reference is short.reference and late.last_id == 2, "made for what was cut off"
+    joined = publish(late, made_ahead(3, 1, 2.0), False, 1.3, CONFIG, cut)
+    assert joined.reference.request_id == 3 and joined.reference.end_time == pytest.approx(4.0)
+    assert publish(joined, made_ahead(3, 1, 2.0), False, 1.4, CONFIG, cut) is joined
+    shorter = publish(late, _plan(2), False, 1.2, CONFIG, ReferenceCut(1, 1.5))
+    assert shorter.reference.end_time < 2.0 and shorter.cut_at == 1.5

@@ -7,7 +7,8 @@ import pytest
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_library import load_robot
-from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance, next_start
+from quadpips_drake.supervision.ground_events import Problem
+from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance, last_stance, next_start
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, RefusedSwing, RefusedSwings, Stance
@@ -270,3 +271,82 @@ def test_no_plan_is_made_ahead_at_the_goal_or_when_it_is_not_wanted(changes):
     assert next_start(now.reference, now, config, config.lead_time) is None
     elsewhere = replace(now, goal=np.array([5.0, 0.0]), time=2.0)
     assert next_start(elsewhere.reference, elsewhere, CONFIG, CONFIG.lead_time).time == pytest.approx(3.5)
+
+
+def problem(before, kind="foothold_lost", key=1):
+    return Problem(kind, (kind, key), before, "the ground is 0.15 m higher than planned")
+
+
+def walking_on():
+    """A story in which the robot has walked for half a second of eight swings, 4 s long; when they began [s]."""
+    story = Story()
+    first, begin = story.until_planning(), story.now.time
+    story.goes_on(0.1, reference=trot(first, begin, 8, 1.0))
+    story.goes_on(0.4)
+    return story, first, begin
+
+
+def sees(story, seconds, *problems):
+    """The monitor after region sets for so long that say the same, ten a second."""
+    for _ in range(round(10 * seconds)):
+        story.goes_on(0.1, problems=problems, regions_stamp=story.now.time)
+    story.goes_on(0.0, problems=())
+    return story.monitor
+
+
+def test_a_lost_foothold_cuts_the_reference_before_it_and_asks_for_a_plan_from_there():
+    story, first, begin = walking_on()
+    lost = problem(begin + 2.05)
+    assert sees(story, 0.2, lost).events == () and story.monitor.cut.follows == 0
+    monitor = sees(story, 0.2, lost)
+    assert dict(monitor.events) == {"foothold_lost": 1}, "once, however often it is said"
+    assert (monitor.cut.follows, monitor.cut.time) == (first, pytest.approx(begin + 2.0)), (
+        "in the full stance before its lift-off"
+    )
+    request = monitor.request
+    assert (request.id, request.start.follows, request.start.time) == (first + 1, first, monitor.cut.time)
+    assert "foothold lost: the ground" in monitor.reason and monitor.phase == "walking"
+    joined = trot(request.id, monitor.cut.time, 8, 1.7)
+    assert story.goes_on(0.1, reference=joined).followed == request.id and not story.monitor.last_one
+
+
+def test_what_is_lost_too_late_for_a_plan_ends_in_a_halt_and_a_new_plan():
+    story, first, begin = walking_on()
+    monitor = sees(story, 0.3, problem(begin + 1.05))
+    assert monitor.cut.time == pytest.approx(begin + 1.0) and monitor.request.id == first and monitor.last_one
+    halted = story.now.reference.ended_at(monitor.cut.time, story.now.time)
+    there = moving(p_WB=halted.states[-1, CentroidalState.POSITION])
+    story.goes_on(0.1, reference=halted, state=there)
+    assert story.until_planning() == first + 1 and story.monitor.request.start is None
+
+
+def test_a_foot_that_swings_already_is_not_called_back():
+    story, _, begin = walking_on()
+    monitor = sees(story, 0.3, problem(begin + 0.55))
+    assert monitor.cut.follows == 0 and monitor.events == ()
+
+
+def test_a_pending_plan_that_begins_before_what_was_lost_is_waited_for():
+    story, _, begin = walking_ahead()
+    asked = story.monitor.request
+    monitor = sees(story, 0.3, problem(begin + 3.55))
+    assert monitor.request is asked and monitor.cut.time == pytest.approx(begin + 3.5) == pytest.approx(asked.start.time)
+
+
+def test_a_more_urgent_problem_cuts_the_reference_again():
+    story, first, begin = walking_on()
+    sees(story, 0.3, problem(begin + 3.05))
+    monitor = sees(story, 0.3, problem(begin + 2.05, "way_blocked", 2))
+    assert dict(monitor.events) == {"foothold_lost": 1, "way_blocked": 1}
+    assert monitor.cut.time == pytest.approx(begin + 2.0) and monitor.request.id == first + 2
+    assert sees(story, 0.3, problem(begin + 2.55, key=3)).cut.time == pytest.approx(begin + 2.0)
+
+
+def test_the_last_stance_before_a_moment():
+    reference = trot(3, 0.0, 8, 1.0)
+    assert last_stance(reference, 2.05, 1.0).time == pytest.approx(2.0)
+    assert last_stance(reference, 2.3, 1.0).time == pytest.approx(2.0), "in the middle of a swing: before it"
+    assert last_stance(reference, 2.05, 1.98).time == pytest.approx(2.0), "as soon as can be"
+    assert last_stance(reference, 2.05, 2.03) is None
+    assert last_stance(reference, 0.05, -0.25).time == pytest.approx(0.0)
+    assert last_stance(reference, 0.01, -0.25) is None

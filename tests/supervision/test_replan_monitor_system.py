@@ -36,7 +36,7 @@ def reference(request_id, end_time, x=1.0):
 @pytest.mark.parametrize("with_status", [False, True])
 def test_monitor_asks_walks_and_aborts(with_status):
     builder = DiagramBuilder()
-    monitor = builder.AddSystem(ReplanMonitor())
+    monitor = builder.AddSystem(ReplanMonitor(ROBOT))
     for name in ("robot_state", "goal", "reference", "foothold_plan", "safety_status"):
         builder.ExportInput(monitor.GetInputPort(name), name)
     if with_status:
@@ -63,7 +63,7 @@ def test_monitor_asks_walks_and_aborts(with_status):
 
 
 def test_the_goal_may_move_until_a_plan_is_asked_for():
-    monitor = ReplanMonitor()
+    monitor = ReplanMonitor(ROBOT)
     simulator = Simulator(monitor)
     context = simulator.get_mutable_context()
     monitor.GetInputPort("goal").FixValue(context, GOAL)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import PlanStart
@@ -59,3 +60,28 @@ def test_a_start_survives_shifting():
     reference = replace(trot(2, 0.0, 2, 1.0), start=start)
     assert trot(1, 0.0, 8, 1.0).continued_by(reference.shifted(3.5, 3.0), 3.0).times[-1] == pytest.approx(4.5)
     assert reference.start is start
+
+
+def test_a_reference_that_is_ended_comes_to_rest_where_it_was_going():
+    walk = trot(1, 0.0, 8, 1.0)
+    states = np.zeros((len(walk.times), 24))
+    states[:, CentroidalState.POSITION] = walk.times[:, None] * np.array([0.4, 0.0, 0.0])
+    states[:, CentroidalState.MOMENTUM] = 0.4
+    walk = replace(walk, states=states, inputs=states)
+    ended = walk.ended_at(2.0, 1.0)
+    assert (ended.stamp, ended.request_id) == (1.0, 1) and 2.1 < ended.end_time < 2.5
+    assert (np.diff(ended.times) > 1e-3).all()
+    kept = ended.times <= 2.0 + 1e-9
+    np.testing.assert_allclose(ended.states[kept, CentroidalState.POSITION][:, 0], 0.4 * ended.times[kept])
+    speed = np.diff(ended.states[:, CentroidalState.POSITION][:, 0]) / np.diff(ended.times)
+    assert (np.diff(speed) < 1e-9).all() and 0.0 < speed[-1] < 0.1, "slower and slower"
+    assert (ended.states[-1, CentroidalState.MOMENTUM] == 0.0).all() and ended.states[~kept, 0].max() < 0.4
+    for time in (1.2, 1.98, 2.2, 5.0):
+        np.testing.assert_array_equal(ended.schedule.at(time), walk.schedule.at(time) if time < 2.0 else True)
+    assert [f.touchdown_time for f in ended.footholds] == [t for t in (0.95, 1.45, 1.95) for _ in range(2)]
+
+
+def test_full_stances_of_a_schedule():
+    stances = trot(1, 0.0, 2, 1.0).schedule.full_stances()
+    np.testing.assert_allclose(stances, [(-np.inf, 0.05), (0.45, 0.55), (0.95, np.inf)])
+    assert ContactSchedule.standing().full_stances() == [(-np.inf, np.inf)]

@@ -1,8 +1,7 @@
-"""How the foothold search tries harder after failures: never the same search twice from the same stance."""
+"""How the foothold search treads more carefully, and tries harder after failures: never the same search twice."""
 
 from dataclasses import dataclass, replace
 
-from quadpips_drake.gaits.swing_gaits import swing_gait
 from quadpips_drake.planning.footholds.foothold_config import MAX_EXPANSIONS, MAX_STEPS, FootholdConfig
 
 _WIDER = {"max_swing": 1.2, "max_rise": 1.2, "length_tolerance": 1.3, "max_support_distance": 1.5, "inward_pull": 0.0}
@@ -30,13 +29,25 @@ LEVELS = (
 """By level; further failures are like the last, but the torso search leads elsewhere each time."""
 
 
+_CAREFUL_STEPS, _CAREFUL_RADIUS = 1.5, 0.6
+"""Factors on a plan's swings and on how far ahead it looks: single swings lead half as far as pairs."""
+
+
+def careful(config: FootholdConfig) -> FootholdConfig:
+    """Returns the settings with ``careful_gait``."""
+    if config.gait == config.careful_gait:
+        return config
+    steps = min(round(config.max_steps * _CAREFUL_STEPS), MAX_STEPS)
+    radius = config.local_radius * _CAREFUL_RADIUS
+    return replace(config, gait=config.careful_gait, max_steps=steps, local_radius=radius)
+
+
 def escalated(config: FootholdConfig, level: int) -> FootholdConfig:
     """Returns the settings for a ``level`` of escalation; those of level 0 are ``config`` itself."""
     step = LEVELS[min(max(level, 0), len(LEVELS) - 1)]
     changes = {}
     if step.careful:
-        swings = len(swing_gait(config.careful_gait).phases) / len(swing_gait(config.gait).phases)
-        changes |= {"gait": config.careful_gait, "max_steps": min(round(config.max_steps * swings), MAX_STEPS)}
+        config = careful(config)
     if step.wide:
         changes |= {name: factor * getattr(config, name) for name, factor in _WIDER.items()}
     if step.expansions > 1:

@@ -22,7 +22,13 @@ class FootholdConfig(StageConfig):
     gait: str = "standing_trot"
     """Order of the swings: standing_trot, slow_trot or standing_walk."""
     careful_gait: str = "standing_walk"
-    """The gait after a failed plan and after an instability (levels 1 and 3 of escalation)."""
+    """The gait on steep, narrow or uneven ground, after a failed plan and after an instability (levels 1 and 3)."""
+    careful_rise: float = ranged(0.12, 0.0, 10.0)
+    """The careful gait is taken when a foot would rise or sink by more than this in a swing [m] ..."""
+    careful_roll: float = ranged(0.20, 0.0, 3.2)
+    """... or the base roll by more than this from one stance to the next [rad] ..."""
+    careful_width: float = ranged(0.14, 0.0, 10.0)
+    """... or a stance be narrower than this, fore or hind [m]."""
     any_first_phase: bool = True
     """Whether a plan may begin with any phase of the gait; else always with the first."""
     max_steps: int = ranged(8, 1, MAX_STEPS)

@@ -8,8 +8,9 @@ import numpy as np
 from quadpips_drake.compiling import work_clock
 from quadpips_drake.gaits.swing_gaits import SwingGait, swing_gait
 from quadpips_drake.math.angles import wrap_angle
-from quadpips_drake.planning.footholds.escalation import escalated
+from quadpips_drake.planning.footholds.escalation import careful, escalated
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
+from quadpips_drake.planning.footholds.gait_choice import need_of_care
 from quadpips_drake.planning.footholds.refused_swings import are_refused
 from quadpips_drake.planning.footholds.stance_rules import REJECTIONS, make_transition_model, stance_deviation
 from quadpips_drake.planning.footholds.stance_transitions import cost_rate, distance_to_go, expand
@@ -252,13 +253,24 @@ def _prefix_lengths(count: int, retries: int) -> list[int]:
     return sorted({int(k) for k in np.linspace(count, fewest, retries + 1)}, reverse=True)
 
 
-def _attempt(problem: _Problem, path: np.ndarray, robot, config: FootholdConfig, deadline: float, refused: tuple):
-    """Searches for waypoints ever nearer along ``path`` until one is reached.
+@dataclass
+class _Attempt:
+    """What the searches with one gait led to."""
 
-    Returns:
-        The search and result to make the plan of (the result has node -1 when there is none), the number of expansions in
-        all attempts, and whether one of them ran out of time.
-    """
+    gait: SwingGait
+    waypoint: np.ndarray
+    search: _Search
+    result: _Result
+    """To make the plan of; its node is -1 when there is none."""
+    expansions: int
+    time_limit_hit: bool
+
+
+def _attempt(
+    problem: _Problem, state, torso_path, robot, config: FootholdConfig, deadline: float, refused: tuple
+) -> _Attempt:
+    """Searches for waypoints ever nearer along the torso path until one is reached."""
+    path, waypoint = _local_path(state, torso_path, config.local_radius)
     gait, model, table = swing_gait(config.gait), make_transition_model(robot, config), make_region_table(problem.usable)
     attempts = []
     for count in _prefix_lengths(len(path), config.waypoint_retries):
@@ -272,7 +284,16 @@ def _attempt(problem: _Problem, path: np.ndarray, robot, config: FootholdConfig,
     late = any(result.time_limit_hit for _, result in attempts)
     arrived = [attempt for attempt in attempts if not attempt[1].reason]
     partial = [attempt for attempt in attempts if attempt[1].node >= 0]
-    return *(arrived + partial + attempts)[0], expansions, late
+    return _Attempt(gait, waypoint, *(arrived + partial + attempts)[0], expansions, late)
+
+
+def _need_of_care(attempt: _Attempt, config: FootholdConfig) -> str:
+    """Why the plan found should rather be made of single swings; empty when it need not."""
+    if config.gait == config.careful_gait:
+        return ""
+    chain = attempt.search.stances(attempt.result.node)
+    feet, rpy = np.array([node.feet for node in chain]), np.array([node.rpy_WB for node in chain])
+    return need_of_care(feet, rpy, config)
 
 
 def search_footholds(
@@ -299,10 +320,14 @@ def search_footholds(
         reason = torso_path.reason or "there is no torso path"
         return FootholdPlan(state.stamp, torso_path.request_id, reason=reason, complete=False)
     problem = _pose_problem(state, regions, robot, config)
-    path, waypoint = _local_path(state, torso_path, config.local_radius)
-    search, result, expansions, late = _attempt(problem, path, robot, config, started + config.time_limit, refused)
-    chain = search.stances(result.node)
-    gait = swing_gait(config.gait)
+    attempt = _attempt(problem, state, torso_path, robot, config, started + config.time_limit, refused)
+    need, expansions = _need_of_care(attempt, config), attempt.expansions
+    if need:
+        carefully = _attempt(problem, state, torso_path, robot, careful(config), started + config.time_limit, refused)
+        expansions += carefully.expansions
+        attempt = carefully if carefully.result.node >= 0 else attempt
+    search, result = attempt.search, attempt.result
+    chain, gait = search.stances(result.node), attempt.gait
     return FootholdPlan(
         stamp=state.stamp,
         request_id=torso_path.request_id,
@@ -314,12 +339,13 @@ def search_footholds(
         gait=gait.name,
         swing_duration=gait.swing_duration,
         stance_duration=gait.stance_duration,
-        waypoint=waypoint,
+        gait_reason=need if attempt.gait.name != config.gait else "",
+        waypoint=attempt.waypoint,
         reason="" if chain else result.reason,
         expansions=expansions,
         elapsed=work_clock() - started,
         complete=result.complete,
-        time_limit_hit=late,
+        time_limit_hit=attempt.time_limit_hit,
         considered=result.combinations,
         refusals={why: int(count) for why, count in zip(REJECTIONS, result.refused, strict=True) if count},
     )

@@ -121,7 +121,7 @@ def choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration: Exploration
 
     Among the poses in reach, that with the least ``way_weight`` times the cost of the way, plus its distance from the goal,
     plus the turn towards it (weighted). It must be nearer to the goal than any viewpoint so far by ``min_progress``, or its
-    view must be new by ``min_novelty``; in the latter case what it lacks in new places costs ``novelty_weight`` times as much.
+    view must be new by ``min_novelty``; then what it lacks in new places costs ``novelty_weight`` times as much.
 
     Args:
         yaw: the robot's.

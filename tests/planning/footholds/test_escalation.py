@@ -18,8 +18,10 @@ def test_no_two_levels_are_alike():
     assert escalated(CONFIG, 99) == levels[-1] and escalated(CONFIG, -1) is CONFIG
 
 
-def test_single_swings_come_in_as_many_cycles():
-    assert escalated(CONFIG, 1).gait == CONFIG.careful_gait and escalated(CONFIG, 1).max_steps == 2 * CONFIG.max_steps
+def test_single_swings_are_more_and_lead_less_far():
+    careful = escalated(CONFIG, 1)
+    assert careful.gait == CONFIG.careful_gait
+    assert careful.max_steps > CONFIG.max_steps and careful.local_radius < CONFIG.local_radius
     assert escalated(dataclasses.replace(CONFIG, max_steps=32), 1).max_steps == 32
 
 

@@ -95,7 +95,7 @@ def assert_good_stance(stance, nominal, config, robot):
 @pytest.mark.parametrize("gait", swing_gait_names())
 @pytest.mark.parametrize("name", WORLDS)
 def test_every_stance_keeps_the_constraints(name, gait):
-    config = FootholdConfig(gait=gait)
+    config = FootholdConfig(gait=gait, careful_gait=gait)
     plan = plan_once(*WORLDS[name], config)
     assert plan.success, plan.reason
     assert plan.request_id == 7 and plan.gait == gait and plan.swing_duration == swing_gait(gait).swing_duration
@@ -106,7 +106,7 @@ def test_every_stance_keeps_the_constraints(name, gait):
 @pytest.mark.parametrize("name", WORLDS)
 def test_plan_after_plan_leads_to_the_goal(name):
     regions, goal = WORLDS[name]
-    plans, state = worlds.walk(ROBOT, regions, np.array(goal), TorsoConfig(), FootholdConfig(), max_plans=8)
+    plans, state = worlds.walk(ROBOT, regions, np.array(goal), TorsoConfig(), FootholdConfig(), max_plans=14)
     assert all(plan.success for plan in plans), plans[-1].reason
     assert np.hypot(*(state.p_WB[:2] - goal)) < 0.2
 

@@ -1,0 +1,128 @@
+"""What the ground says against a reference, on hand-made values."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from quadpips_drake.robots.robot_library import load_robot
+from quadpips_drake.supervision.ground_events import (
+    FOOTHOLD_LOST,
+    SWING_BLOCKED,
+    WAY_BLOCKED,
+    Doubts,
+    Extent,
+    GroundEventConfig,
+    Problem,
+    confirmed_problem,
+    extent_of,
+    find_problems,
+)
+from quadpips_drake.trajectory.swing.ground_profile import SAMPLES
+from quadpips_drake.values.centroidal import CentroidalState
+from quadpips_drake.values.contact_schedule import ContactSchedule
+from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
+from quadpips_drake.values.regions import GroundHeights, PlanarRegion, RegionSet
+from quadpips_drake.values.steppability import Steppability
+
+CONFIG = GroundEventConfig()
+RADIUS = 0.03
+EXTENT = Extent(RADIUS, np.array([0.3, 0.1]), 0.1)
+UP = np.array([0.0, 0.0, 1.0])
+FEET = np.array([[0.35, 0.2, RADIUS], [0.35, -0.2, RADIUS], [-0.35, 0.2, RADIUS], [-0.35, -0.2, RADIUS]])
+SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def region(x=0.0, y=0.0, half=2.0, label=Steppability.STEPPABLE, id=7) -> PlanarRegion:
+    X_WR = np.eye(4)
+    X_WR[:2, 3] = x, y
+    return PlanarRegion(id, X_WR, half * SQUARE, half * SQUARE, label)
+
+
+FLOOR = RegionSet(1.0, (region(),))
+
+
+def ground(*raised) -> GroundHeights:
+    """A flat map of 4 x 4 m about the origin; ``raised``: x, y, half the side and height of squares on it [m]."""
+    middles = -2.0 + 0.01 * (np.arange(400) + 0.5)
+    heights = np.zeros((400, 400), np.float32)
+    for x, y, half, height in raised:
+        heights[np.ix_(abs(middles - x) < half, abs(middles - y) < half)] = height
+    return GroundHeights(1.0, np.array([-2.0, -2.0]), 0.01, heights)
+
+
+def walk(**changes) -> WholeBodyReference:
+    """LF swings from 1.0 to 1.4 s to (0.65, 0.2), RF from 1.5 to 1.9 s to (0.65, -0.2); the base goes 0.5 m in 2 s."""
+    profile = np.full(SAMPLES, RADIUS)
+    footholds = tuple(
+        FootholdTarget(leg, begin, begin + 0.4, np.array([0.65, y, RADIUS]), UP, region(), profile, 0.08)
+        for leg, begin, y in ((Leg.LF, 1.0, 0.2), (Leg.RF, 1.5, -0.2))
+    )
+    times = np.arange(0.0, 2.001, 0.02)
+    states = np.zeros((len(times), 24))
+    states[:, CentroidalState.POSITION] = np.linspace([0, 0, 0.55], [0.5, 0, 0.55], len(times))
+    footholds = tuple(replace(foothold, **changes) for foothold in footholds)
+    return WholeBodyReference(0.0, 1, times, states, 0.0 * states, ContactSchedule.standing(), footholds)
+
+
+def found(heights, regions=FLOOR, time=0.5, reference=None) -> list[tuple]:
+    problems = find_problems(reference or walk(), time, regions, heights, FEET, EXTENT, CONFIG)
+    return [(problem.kind, problem.key[1:2]) for problem in problems]
+
+
+def test_known_and_unknown_ground_that_is_as_planned_says_nothing():
+    assert found(ground()) == []
+    assert found(GroundHeights.empty()) == [] and found(GroundHeights.empty(), RegionSet.empty()) == []
+    assert found(ground((0.65, 0.2, 0.1, np.nan)), RegionSet.empty(), time=1.2) == [(FOOTHOLD_LOST, (int(Leg.RF),))]
+    assert found(ground((0.65, 0.2, 0.1, 0.02))) == [], "two centimetres are noise"
+
+
+@pytest.mark.parametrize("height", [0.05, -0.05, 0.15])
+def test_a_foothold_is_lost_when_the_ground_is_higher_or_lower(height):
+    assert (FOOTHOLD_LOST, (int(Leg.LF),)) in found(ground((0.65, 0.2, 0.1, height)))
+    assert (FOOTHOLD_LOST, (int(Leg.LF),)) not in found(ground((0.65, 0.2, 0.1, height)), time=1.1), "it has lifted off"
+
+
+def test_a_foothold_is_lost_when_it_is_in_no_region_that_may_carry_a_foot():
+    lost = [(FOOTHOLD_LOST, (int(Leg.LF),)), (FOOTHOLD_LOST, (int(Leg.RF),))]
+    assert found(ground(), RegionSet(1.0, (region(x=-2.0),))) == lost
+    assert found(ground(), RegionSet(1.0, (region(label=Steppability.PASSABLE),))) == lost
+    assert found(ground(), RegionSet(1.0, (region(0.65, 0.2, 0.1), region(-1.0, 0.0, 0.5)))) == lost[1:]
+    assert found(ground(), RegionSet(1.0, (region(0.65 + 0.12, 0.0, 0.1), region(0.65, 0.0, 0.18)))) == [], "2 cm beside it"
+    never_seen = walk(region=region(id=-1))
+    assert found(ground(), RegionSet.empty(), reference=never_seen) == [], "nor was it when it was planned"
+
+
+def test_a_swing_is_blocked_by_ground_above_what_it_was_planned_to_clear():
+    assert found(ground((0.5, -0.2, 0.05, 0.2))) == [(SWING_BLOCKED, (int(Leg.RF),))]
+    assert found(ground((0.5, -0.2, 0.05, 0.09))) == [], "it swings higher than that"
+    knew = walk(profile=np.where(abs(np.linspace(0, 1, SAMPLES) - 0.5) < 0.4, 0.2 + RADIUS, RADIUS))
+    assert found(ground((0.5, -0.2, 0.05, 0.2)), reference=knew) == []
+
+
+def test_the_way_of_the_torso_is_blocked_by_ground_up_to_its_belly():
+    assert found(ground((0.6, 0.0, 0.1, 0.5))) == [(WAY_BLOCKED, ())]
+    problem = find_problems(walk(), 0.5, FLOOR, ground((0.6, 0.0, 0.1, 0.5)), FEET, EXTENT, CONFIG)[0]
+    assert 0.5 < problem.before < 1.2, "before the fore edge of the torso, 0.3 m ahead of its middle, is there"
+    assert found(ground((0.6, 0.0, 0.1, 0.3))) == [], "it passes below"
+    assert found(ground((0.2, 0.0, 0.1, 0.5))) == [], "the torso is there already"
+
+
+def test_the_extent_of_robots_is_about_theirs():
+    for name, belly in (("anymal_c", 0.1), ("go2", 0.06)):
+        extent = extent_of(load_robot(name))
+        assert 0.5 * belly < extent.belly < 2.0 * belly and extent.half_body[0] > extent.half_body[1] > 0.03
+
+
+def test_a_problem_is_certain_after_three_region_sets_in_a_row():
+    first, second = Problem(FOOTHOLD_LOST, (FOOTHOLD_LOST, 0, 1.4), 1.0, ""), Problem(WAY_BLOCKED, (WAY_BLOCKED,), 0.8, "")
+    doubts, certain = Doubts(), []
+    for stamp, problems in enumerate([[first], [first, second], [second], [first, second], [first], [first]]):
+        doubts, problem = confirmed_problem(doubts, problems, float(stamp), CONFIG)
+        certain.append(problem)
+        again, nothing = confirmed_problem(doubts, problems, float(stamp), CONFIG)
+        assert again is doubts and nothing is None, "the same set does not count twice"
+    assert certain == [None, None, None, second, None, first]
+    both = confirmed_problem(Doubts(0.0, ((first.key, 2), (second.key, 2))), [first, second], 1.0, CONFIG)[1]
+    assert both is second, "the more urgent one"
