@@ -8,6 +8,7 @@ import typer
 from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import (
     Difficulty,
+    Explain,
     Latency,
     MeshcatHost,
     NoRecording,
@@ -89,10 +90,7 @@ def run(
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
     profile: Profile = False,
-    explain: Annotated[
-        bool,
-        typer.Option("--explain", help="Also write explain.html: how each plan came about, and what went wrong first."),
-    ] = False,
+    explain: Explain = False,
     sets: Sets = None,
 ):
     """Let a robot walk from start to goal by its own camera, in simulation.

@@ -26,19 +26,18 @@ _NODE_COLORS = {"reached": (0.15, 0.35, 0.75), "not reached": (0.80, 0.10, 0.10)
 _RESOLUTION = 0.02
 
 
-def plan_map(story: PlanStory, terrain, robot) -> Figure:
+def plan_map(story: PlanStory, robot) -> Figure:
     """Returns the picture of one plan.
 
     Args:
-        story: what came of the request.
-        terrain: the true one, drawn faintly below.
+        story: what came of the request; the true terrain is drawn faintly below.
         robot: RobotModel, for the outline of its feet.
     """
     view = _view_of(story)
     width, height = view[1] - view[0], view[3] - view[2]
     figure = Figure(figsize=(11.0, float(np.clip(8.2 * height / width + 0.9, 3.4, 9.0))), layout="constrained")
     axes = figure.subplots()
-    draw_terrain(axes, terrain, view=view, resolution=_RESOLUTION, ends=False)
+    draw_terrain(axes, story.terrain, view=view, resolution=_RESOLUTION, ends=False)
     axes.add_patch(Rectangle((view[0], view[2]), width, height, color="white", alpha=0.72, linewidth=0, zorder=1))
     labels = _draw_regions(axes, story)
     _draw_nodes(axes, story)

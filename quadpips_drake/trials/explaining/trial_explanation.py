@@ -31,7 +31,7 @@ def explanation_of(trial, explainer: Explainer, result: TrialResult) -> str:
     parts = [f"<h1>{escape(title)}</h1>", _outcome(result)]
     if explainer.problem:
         parts.append(f"<p><b>What follows ends early</b>, the looking broke off {escape(explainer.problem)}</p>")
-    moments = explainer.moments and explainer.moments.moments(trial.robot, trial.terrain)
+    moments = explainer.moments and explainer.moments.moments(trial.robot, trial.present_terrain)
     stories = explainer.plans.stories
     if result.reason == "no_plan" and stories:
         parts.append(_no_plan(stories[-1], trial, result))
@@ -40,7 +40,7 @@ def explanation_of(trial, explainer: Explainer, result: TrialResult) -> str:
     if stories:
         parts.append(_overview(stories, explainer.plans.left_out))
         configured = _configured_gait(trial.config)
-        parts += [_plan(story, trial.terrain, trial.robot, configured) for story in stories]
+        parts += [_plan(story, trial.robot, configured) for story in stories]
     else:
         parts.append("<p>No plan was asked for, or this planner does not tell how it plans.</p>")
     return page(f"Explained: {title}", "\n".join(parts))
@@ -102,7 +102,7 @@ def _no_plan(story: PlanStory, trial, result: TrialResult) -> str:
             f"{near:.2f} m from the goal: what blocks lies between the blue and the red ones.</p>"
         )
     rows = ((escape(who), escape(what)) for who, what in said)
-    image = picture(plan_map(story, trial.terrain, trial.robot), "map of the last plan")
+    image = picture(plan_map(story, trial.robot), "map of the last plan")
     return f"<h2>Why there is no plan</h2>{table(('who', 'says'), rows, text=(0, 1))}{blocked}<p>{image}</p>"
 
 
@@ -140,7 +140,7 @@ def _overview_row(story: PlanStory) -> tuple:
     )
 
 
-def _plan(story: PlanStory, terrain, robot, configured: str) -> str:
+def _plan(story: PlanStory, robot, configured: str) -> str:
     """The section about one plan."""
     number = story.request.id
     arrived = ", ".join(f"{port.replace('_', ' ')} at t = {time:.2f} s" for port, time in story.arrived) or "nothing"
@@ -159,7 +159,7 @@ def _plan(story: PlanStory, terrain, robot, configured: str) -> str:
     if story.swing_plan is not None and (story.swing_plan.reports or story.swing_plan.refused):
         head = ("swing", "legs", "status", "iterations", "violation [1]", "landing error [mm]", "computed [ms]")
         tables.append(table(head, swing_rows(story.swing_plan), text=(1, 2)))
-    image = picture(plan_map(story, terrain, robot), f"map of plan {number}")
+    image = picture(plan_map(story, robot), f"map of plan {number}")
     return f"""<h3 id="plan{number}">Plan {number}</h3>
 {table(("", ""), rows, text=(0, 1))}
 <p>{image}</p>
