@@ -124,14 +124,16 @@ def _draw_way(axes: Axes, story: PlanStory, view) -> None:
 
 
 def _draw_stances(axes: Axes, story: PlanStory) -> None:
-    """The footholds of the plan: letters of the leg with the number of the swing; rings where the feet are at first."""
+    """The footholds of the plan: letters of the leg with the number of the swing, faint for swings that there is no motion
+    for; rings where the feet are at first."""
     plan = story.foothold_plan
     if plan is None or not plan.success:
         return
     for leg in Leg:
         start = plan.stances[0].footholds[leg]
         axes.plot(*start[:2], "o", color=LEG_COLORS[leg], fillstyle="none", markersize=9, markeredgewidth=1.8, zorder=5)
-    used = len(story.swing_plan.reports) if story.swing_plan is not None else len(plan.swing_legs)
+    reports = None if story.swing_plan is None else story.swing_plan.reports
+    used = len(plan.swing_legs) if reports is None else sum(report.used for report in reports)
     for number, legs in enumerate(plan.swing_legs):
         for leg in legs:
             a, b = plan.stances[number].footholds[leg], plan.stances[number + 1].footholds[leg]
@@ -184,4 +186,5 @@ def _legend(story: PlanStory, labels: list[Steppability]) -> list:
     if story.foothold_plan is not None and story.foothold_plan.success:
         handles.append(sign("D", WAYPOINT_COLOR, "waypoint of the footholds", markeredgecolor="black"))
         handles += [sign("o", LEG_COLORS[leg], f"{leg.name} (ring: at first; n: after swing n)") for leg in Leg]
+        handles.append(sign(None, "black", "faint: swing without a motion"))
     return [*handles, sign("*", GOAL_COLOR, "goal", markersize=11), Patch(color="#e8e2cf", label="true terrain, faint")]

@@ -8,7 +8,7 @@ from quadpips_drake.values.plans import FootholdPlan, PlanRequest, TorsoPath
 from quadpips_drake.values.status import PlannerStatus
 from quadpips_drake.values.swing_plan import SwingPlan
 
-FIRST, LAST = 8, 32
+FIRST, LAST = 6, 24
 """So many plans at the beginning of a trial and at its end are kept: a long one stays within some megabytes."""
 STAGES = ("torso_path", "foothold_plan", "swing_plan")
 """Ports of a planner whose values a story is made of, in the order in which they come."""

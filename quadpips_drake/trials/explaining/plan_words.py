@@ -49,7 +49,7 @@ def torso_words(story: PlanStory) -> str:
     end = (
         "the goal" if path.to_goal else f"a sub-goal {why}, {left:.2f} m from the goal ({whole:.2f} m from where it begins)"
     )
-    return f"{length:.2f} m to {end}; {regions}, {nodes}, {len(path.viewpoints)} viewpoints so far"
+    return f"{length:.2f} m to {end}; {regions}, {nodes}, viewpoints so far: {len(path.viewpoints)}"
 
 
 def foothold_words(story: PlanStory, configured: str) -> str:
