@@ -8,6 +8,7 @@ import typer
 from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import (
     Difficulty,
+    Explain,
     Latency,
     MeshcatHost,
     NoRecording,

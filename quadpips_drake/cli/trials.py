@@ -26,6 +26,9 @@ Difficulty = Annotated[
 Profile = Annotated[
     bool, typer.Option("--profile", help="Also write profile.html: where the computing time of the simulation went.")
 ]
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Also write explain.html: how each plan came about, and what went wrong first.")
+]
 NoRecording = Annotated[bool, typer.Option("--no-recording", help="Do not write recording.html.")]
 Sets = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value; may be repeated.")]
 Latency = Annotated[

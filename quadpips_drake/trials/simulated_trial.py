@@ -118,6 +118,11 @@ class SimulatedTrial:
         """The verdict when nothing else has ended the trial."""
         raise NotImplementedError
 
+    @property
+    def present_terrain(self):
+        """The Terrain as it is now, with all that has appeared."""
+        return self.terrain
+
     def prepare_world(self) -> None:
         """Called before each step; raises UserInputError for what makes no sense now."""
         self.diagram.station.bring_ground_near(self.context)

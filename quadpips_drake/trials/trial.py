@@ -106,6 +106,10 @@ class Trial(SimulatedTrial):
         self._spawner = Spawner(spawns, diagram, terrain)
         self.use_threads(config.threads)
 
+    @property
+    def present_terrain(self) -> Terrain:
+        return self._spawner.terrain
+
     def prepare_world(self) -> None:
         """Lets appear what is due."""
         super().prepare_world()

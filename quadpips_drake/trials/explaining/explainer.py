@@ -23,11 +23,11 @@ class Explainer:
         if self.problem:
             return
         try:
-            self._look(trial.diagram, trial.context, trial.config.log_rate)
+            self._look(trial.diagram, trial.context, trial.config.log_rate, trial.present_terrain)
         except BREAKDOWNS:
             self.problem = f"at t = {trial.context.get_time():.2f} s: {traceback.format_exc(limit=-1)}"
 
-    def _look(self, diagram, context, log_rate: float) -> None:
+    def _look(self, diagram, context, log_rate: float, terrain) -> None:
         self.moments = self.moments or MomentRecorder(log_rate)
         seen = observe(diagram, context)
         itself = links_touching_each_other(read(diagram, "contact_results", context), diagram.station.contact_geometries)
@@ -38,4 +38,4 @@ class Explainer:
         inside = planner.GetMyContextFromRoot(context)
         answers = {port: read(planner, port, inside) for port in STAGES if planner.HasOutputPort(port)}
         state, status = read(diagram, "robot_state", context), read(diagram, "status", context)
-        self.plans.note(state, read(planner, "plan_request", inside), status, seen.reference, answers)
+        self.plans.note(state, read(planner, "plan_request", inside), status, seen.reference, answers, terrain)

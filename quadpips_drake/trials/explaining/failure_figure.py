@@ -13,11 +13,13 @@ from quadpips_drake.visualization.plots import JOINT_KINDS
 
 _ASKED = {"color": BASE_REFERENCE_COLOR, "linestyle": "--", "linewidth": 1.3}
 _STYLES = ("-", "--", ":")
+_NUMBERED = 12
+"""So many events have a line and a number; more would hide the curves."""
 _EVENT_COLOR, _FIRST_COLOR = "0.35", (0.85, 0.10, 0.15)
 
 
 def failure_figure(moments: LastMoments, events: list[Event], first: int | None = None) -> Figure:
-    """Returns base, feet, contacts and torques over time; ``events`` are numbered at the top, ``first`` is red."""
+    """Returns base, feet, contacts and torques over time, ``events`` at the top, the ``first`` of the chain in red."""
     figure = Figure(figsize=(12.0, 15.0), layout="constrained")
     heights = [0.5, 1.1, 1.1, 1.1, 1.0, *[1.0] * len(Leg), 1.3, 1.5]
     rows = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
@@ -46,9 +48,10 @@ def failure_figure(moments: LastMoments, events: list[Event], first: int | None 
 
 
 def _draw_events(rows, events: list[Event], first: int | None) -> None:
-    """A line down all rows for each event, with its number in the list at the top; the first of the chain is red."""
-    axes, level = rows[0], 0
-    for k, event in enumerate(events):
+    """A tick for each event; from the first of the chain, which is red, on, _NUMBERED of them have a line and a number."""
+    axes, level, begin = rows[0], 0, first or 0
+    axes.plot([event.time for event in events], np.full(len(events), 0.04), "|", color=_EVENT_COLOR, markersize=5)
+    for k, event in list(enumerate(events))[begin : begin + _NUMBERED]:
         color = _FIRST_COLOR if k == first else _EVENT_COLOR
         for row in rows:
             row.axvline(event.time, color=color, linewidth=1.6 if k == first else 0.7, alpha=0.8, zorder=1)

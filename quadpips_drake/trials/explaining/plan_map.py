@@ -26,19 +26,18 @@ _NODE_COLORS = {"reached": (0.15, 0.35, 0.75), "not reached": (0.80, 0.10, 0.10)
 _RESOLUTION = 0.02
 
 
-def plan_map(story: PlanStory, terrain, robot) -> Figure:
+def plan_map(story: PlanStory, robot) -> Figure:
     """Returns the picture of one plan.
 
     Args:
-        story: what came of the request.
-        terrain: the true one, drawn faintly below.
+        story: what came of the request; the true terrain is drawn faintly below.
         robot: RobotModel, for the outline of its feet.
     """
     view = _view_of(story)
     width, height = view[1] - view[0], view[3] - view[2]
     figure = Figure(figsize=(11.0, float(np.clip(8.2 * height / width + 0.9, 3.4, 9.0))), layout="constrained")
     axes = figure.subplots()
-    draw_terrain(axes, terrain, view=view, resolution=_RESOLUTION, ends=False)
+    draw_terrain(axes, story.terrain, view=view, resolution=_RESOLUTION, ends=False)
     axes.add_patch(Rectangle((view[0], view[2]), width, height, color="white", alpha=0.72, linewidth=0, zorder=1))
     labels = _draw_regions(axes, story)
     _draw_nodes(axes, story)
@@ -125,14 +124,16 @@ def _draw_way(axes: Axes, story: PlanStory, view) -> None:
 
 
 def _draw_stances(axes: Axes, story: PlanStory) -> None:
-    """The footholds of the plan: letters of the leg with the number of the swing; rings where the feet are at first."""
+    """The footholds of the plan: letters of the leg with the number of the swing, faint for swings that there is no motion
+    for; rings where the feet are at first."""
     plan = story.foothold_plan
     if plan is None or not plan.success:
         return
     for leg in Leg:
         start = plan.stances[0].footholds[leg]
         axes.plot(*start[:2], "o", color=LEG_COLORS[leg], fillstyle="none", markersize=9, markeredgewidth=1.8, zorder=5)
-    used = len(story.swing_plan.reports) if story.swing_plan is not None else len(plan.swing_legs)
+    reports = None if story.swing_plan is None else story.swing_plan.reports
+    used = len(plan.swing_legs) if reports is None else sum(report.used for report in reports)
     for number, legs in enumerate(plan.swing_legs):
         for leg in legs:
             a, b = plan.stances[number].footholds[leg], plan.stances[number + 1].footholds[leg]
@@ -185,4 +186,5 @@ def _legend(story: PlanStory, labels: list[Steppability]) -> list:
     if story.foothold_plan is not None and story.foothold_plan.success:
         handles.append(sign("D", WAYPOINT_COLOR, "waypoint of the footholds", markeredgecolor="black"))
         handles += [sign("o", LEG_COLORS[leg], f"{leg.name} (ring: at first; n: after swing n)") for leg in Leg]
+        handles.append(sign(None, "black", "faint: swing without a motion"))
     return [*handles, sign("*", GOAL_COLOR, "goal", markersize=11), Patch(color="#e8e2cf", label="true terrain, faint")]

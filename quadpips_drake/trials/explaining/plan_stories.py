@@ -8,7 +8,7 @@ from quadpips_drake.values.plans import FootholdPlan, PlanRequest, TorsoPath
 from quadpips_drake.values.status import PlannerStatus
 from quadpips_drake.values.swing_plan import SwingPlan
 
-FIRST, LAST = 8, 32
+FIRST, LAST = 6, 24
 """So many plans at the beginning of a trial and at its end are kept: a long one stays within some megabytes."""
 STAGES = ("torso_path", "foothold_plan", "swing_plan")
 """Ports of a planner whose values a story is made of, in the order in which they come."""
@@ -27,6 +27,10 @@ class PlanStory:
     """What the planner said then."""
     pose: np.ndarray
     """Of the base when it was asked: x, y, z [m], yaw [rad], (4,)."""
+    terrain: object
+    """The true Terrain then."""
+    event: str = ""
+    """What happened that called for it; empty for a plan that was due."""
     torso_path: TorsoPath | None = None
     foothold_plan: FootholdPlan | None = None
     swing_plan: SwingPlan | None = None
@@ -64,7 +68,7 @@ class PlanRecorder:
         """What is kept, in order of time."""
         return list(self._stories)
 
-    def note(self, state, request: PlanRequest, status: PlannerStatus, reference, answers: dict) -> None:
+    def note(self, state, request: PlanRequest, status: PlannerStatus, reference, answers: dict, terrain) -> None:
         """Takes one sample.
 
         Args:
@@ -73,10 +77,12 @@ class PlanRecorder:
             status: what it says.
             reference: WholeBodyReference that it has published.
             answers: value at each port of STAGES that the planner has.
+            terrain: the true Terrain.
         """
         if request.id and not (self._stories and self._stories[-1].request.id == request.id):
             pose = np.array([*state.p_WB, state.rpy_WB[2]])
-            self._add(PlanStory(request, request.stamp, str(status.phase), status.reason, pose))
+            event = status.reason if status.events != self._status.events else ""
+            self._add(PlanStory(request, request.stamp, str(status.phase), status.reason, pose, terrain, event))
         said_before, self._status = self._status, status
         if not self._stories:
             return

@@ -16,8 +16,8 @@ _NEARER = 0.05
 def why_asked(story: PlanStory) -> str:
     """Why there was a request."""
     if story.ahead:
-        start = story.request.start
-        return f"to go on from plan {start.follows} at t = {start.time:.2f} s, {start.time - story.asked:.2f} s ahead"
+        start, event = story.request.start, f"{story.event}: " if story.event else ""
+        return f"{event}to go on from plan {start.follows} at t = {start.time:.2f} s, {start.time - story.asked:.2f} s ahead"
     return story.reason or "nothing was followed"
 
 
@@ -49,7 +49,7 @@ def torso_words(story: PlanStory) -> str:
     end = (
         "the goal" if path.to_goal else f"a sub-goal {why}, {left:.2f} m from the goal ({whole:.2f} m from where it begins)"
     )
-    return f"{length:.2f} m to {end}; {regions}, {nodes}, {len(path.viewpoints)} viewpoints so far"
+    return f"{length:.2f} m to {end}; {regions}, {nodes}, viewpoints so far: {len(path.viewpoints)}"
 
 
 def foothold_words(story: PlanStory, configured: str) -> str:
@@ -69,6 +69,7 @@ def foothold_words(story: PlanStory, configured: str) -> str:
         return f"none: {plan.reason} ({searched})"
     level = story.request.level
     why = "the configured one" if plan.gait == configured else f"in place of {configured}" if configured else "the planner's"
+    why += f", because {plan.gait_reason}" if plan.gait_reason else ""
     why += f", at level {level} of escalation after failures or an instability" if level else ""
     where = "to the waypoint" if plan.complete else "towards the waypoint, which they do not reach"
     return f"{len(plan.swing_legs)} swings {where}; gait {plan.gait}, {why}; {searched}"

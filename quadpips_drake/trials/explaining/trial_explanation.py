@@ -21,6 +21,9 @@ from quadpips_drake.trials.explaining.plan_words import (
 )
 from quadpips_drake.trials.result import TrialResult
 
+_FEW = 15
+"""A list of no more events than these is open at first."""
+
 
 def explanation_of(trial, explainer: Explainer, result: TrialResult) -> str:
     """Returns the page about a SimulatedTrial that has run under the eyes of ``explainer``."""
@@ -28,7 +31,7 @@ def explanation_of(trial, explainer: Explainer, result: TrialResult) -> str:
     parts = [f"<h1>{escape(title)}</h1>", _outcome(result)]
     if explainer.problem:
         parts.append(f"<p><b>What follows ends early</b>, the looking broke off {escape(explainer.problem)}</p>")
-    moments = explainer.moments and explainer.moments.moments(trial.robot, trial.terrain)
+    moments = explainer.moments and explainer.moments.moments(trial.robot, trial.present_terrain)
     stories = explainer.plans.stories
     if result.reason == "no_plan" and stories:
         parts.append(_no_plan(stories[-1], trial, result))
@@ -37,7 +40,7 @@ def explanation_of(trial, explainer: Explainer, result: TrialResult) -> str:
     if stories:
         parts.append(_overview(stories, explainer.plans.left_out))
         configured = _configured_gait(trial.config)
-        parts += [_plan(story, trial.terrain, trial.robot, configured) for story in stories]
+        parts += [_plan(story, trial.robot, configured) for story in stories]
     else:
         parts.append("<p>No plan was asked for, or this planner does not tell how it plans.</p>")
     return page(f"Explained: {title}", "\n".join(parts))
@@ -70,7 +73,8 @@ def _end(moments: LastMoments, result: TrialResult) -> str:
     figure = failure_figure(moments, events, first)
     return f"""<h2>The last {result.sim_time - begin:.1f} s: what was asked and what happened</h2>
 <p class="story">{escape(story_of(chain, end, result.sim_time))}</p>
-{table(("event", "t [s]", "kind", "what"), rows, text=(2, 3), first=first)}
+<details{" open" if len(events) <= _FEW else ""}><summary>All {len(events)} events in this time</summary>
+{table(("event", "t [s]", "kind", "what"), rows, text=(2, 3), first=first)}</details>
 <p>{picture(figure, "base, feet, contacts and torques over the last seconds")}</p>
 <details><summary>The rules by which events are found</summary><ul>{rules}</ul>
 <p>The first event (red) is the earliest of the chain that leads to the end: going back from there, events without a pause
@@ -98,7 +102,7 @@ def _no_plan(story: PlanStory, trial, result: TrialResult) -> str:
             f"{near:.2f} m from the goal: what blocks lies between the blue and the red ones.</p>"
         )
     rows = ((escape(who), escape(what)) for who, what in said)
-    image = picture(plan_map(story, trial.terrain, trial.robot), "map of the last plan")
+    image = picture(plan_map(story, trial.robot), "map of the last plan")
     return f"<h2>Why there is no plan</h2>{table(('who', 'says'), rows, text=(0, 1))}{blocked}<p>{image}</p>"
 
 
@@ -136,7 +140,7 @@ def _overview_row(story: PlanStory) -> tuple:
     )
 
 
-def _plan(story: PlanStory, terrain, robot, configured: str) -> str:
+def _plan(story: PlanStory, robot, configured: str) -> str:
     """The section about one plan."""
     number = story.request.id
     arrived = ", ".join(f"{port.replace('_', ' ')} at t = {time:.2f} s" for port, time in story.arrived) or "nothing"
@@ -155,7 +159,7 @@ def _plan(story: PlanStory, terrain, robot, configured: str) -> str:
     if story.swing_plan is not None and (story.swing_plan.reports or story.swing_plan.refused):
         head = ("swing", "legs", "status", "iterations", "violation [1]", "landing error [mm]", "computed [ms]")
         tables.append(table(head, swing_rows(story.swing_plan), text=(1, 2)))
-    image = picture(plan_map(story, terrain, robot), f"map of plan {number}")
+    image = picture(plan_map(story, robot), f"map of plan {number}")
     return f"""<h3 id="plan{number}">Plan {number}</h3>
 {table(("", ""), rows, text=(0, 1))}
 <p>{image}</p>

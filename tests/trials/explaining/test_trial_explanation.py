@@ -33,6 +33,7 @@ from tests.trials.explaining.hand_made import standing, tilting, touching, with_
 from tests.trials.toy_trial import ToyConfig, ToyTrial
 
 GOAL = np.array([3.5, 0.0])
+FLAT = load_terrain("flat", 0)
 
 
 class Reader(HTMLParser):
@@ -103,12 +104,12 @@ def note(recorder, robot, request, status, answers, stamp=0.5, published=True):
     reference = WholeBodyReference.empty()
     if published:
         reference = replace(reference, request_id=request.id, times=np.zeros(2))
-    recorder.note(state, request, status, WholeBodyReference.empty(), {})
-    recorder.note(replace(state, stamp=stamp + 0.1), request, status, reference, answers)
+    recorder.note(state, request, status, WholeBodyReference.empty(), {}, FLAT)
+    recorder.note(replace(state, stamp=stamp + 0.1), request, status, reference, answers, FLAT)
 
 
 def explained(robot, explainer, result) -> str:
-    trial = SimpleNamespace(robot=robot, terrain=load_terrain("flat", 0), config=None, title=lambda: "anymal_c on <flat>")
+    trial = SimpleNamespace(robot=robot, present_terrain=FLAT, config=None, title=lambda: "anymal_c on <flat>")
     return explanation_of(trial, explainer, result)
 
 
@@ -123,7 +124,8 @@ def test_the_page_of_a_success(robot):
     second = PlanRequest(2, 1.0, GOAL, start)
     status = PlannerStatus(0.5, PlannerPhase.PLANNING, "the robot <stands>")
     note(explainer.plans, robot, first, status, planned(robot, stepping_stones(), first))
-    note(explainer.plans, robot, second, status, planned(robot, stepping_stones(), second), stamp=1.0)
+    walking = PlannerStatus(1.0, PlannerPhase.WALKING, "foothold lost: LF", events={"foothold_lost": 1})
+    note(explainer.plans, robot, second, walking, planned(robot, stepping_stones(), second), stamp=1.0)
     page = read(explained(robot, explainer, result(True, "goal_reached")))
     assert page.pictures == 2, "a map for each plan, nothing about an end"
     for text in (
@@ -131,7 +133,7 @@ def test_the_page_of_a_success(robot):
         "success: goal reached at t = 2.00 s",
         "from a stand",
         "the robot <stands>",
-        "to go on from plan 1 at t = 2.00 s, 1.00 s ahead",
+        "foothold lost: LF: to go on from plan 1 at t = 2.00 s, 1.00 s ahead",
         "joined to the plan before it from t = 1.10 s on, but ends early: <out of> reach",
         "gait standing_trot, the planner's;",
         "expansions in",
@@ -182,7 +184,7 @@ def test_a_long_trial_keeps_its_first_and_last_plans(robot):
     recorder, status = PlanRecorder(), PlannerStatus(0.0, PlannerPhase.PLANNING)
     for number in range(1, 101):
         request = PlanRequest(number, float(number), GOAL)
-        recorder.note(standing_state(robot, stamp=float(number)), request, status, WholeBodyReference.empty(), {})
+        recorder.note(standing_state(robot, stamp=float(number)), request, status, WholeBodyReference.empty(), {}, FLAT)
     kept = [story.request.id for story in recorder.stories]
     assert kept == [*range(1, FIRST + 1), *range(101 - LAST, 101)]
     assert recorder.left_out == 100 - FIRST - LAST
