@@ -57,9 +57,6 @@ Spawn = Annotated[
         help="What appears on the way: box:L,W,H@X,Y@TIME, box:L,W,H@foothold@TIME, FILE.yaml@TIME; may be repeated.",
     ),
 ]
-Explain = Annotated[
-    bool, typer.Option("--explain", help="Also write explain.html: how each plan came about, and what went wrong first.")
-]
 
 
 def run(

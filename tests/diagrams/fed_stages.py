@@ -132,7 +132,7 @@ STAGES = {
     ),
     ReplanMonitor: FedStage(
         MonitorConfig,
-        ReplanMonitor,
+        lambda config: ReplanMonitor(ROBOT, config),
         _with_state(**_no_reference, foothold_plan=_nothing(FootholdPlan), goal=lambda k, time: np.array([2.0, 0.0])),
     ),
     SafetyMonitor: FedStage(

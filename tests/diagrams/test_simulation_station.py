@@ -162,9 +162,9 @@ def test_a_fall_is_noticed():
     config = StationConfig(camera=SMALL_CAMERA, stiffness=[0, 0, 0], damping=[0, 0, 0])
     station, simulator, context = standing("anymal_c", slab(), config)
     assert touching(station, context) == []
-    simulator.AdvanceTo(1.0)
+    simulator.AdvanceTo(2.0)
     links = touching(station, context)
-    assert "LF_THIGH" in links, "it sinks onto its knees"
+    assert any(link.endswith("THIGH") for link in links), "it sinks onto its knees"
     assert not any(link.endswith("HIP") for link in links)
 
 
@@ -246,7 +246,7 @@ def test_a_start_inside_an_obstacle_is_refused(robot_name):
     place(kerb)
 
 
-def test_a_knee_against_the_torso_is_the_robot_touching_itself():
+def test_two_legs_against_each_other_are_the_robot_touching_itself():
     station, simulator, context = standing("anymal_c", slab())
     geometries = station.station.contact_geometries
     robot, plant = station.robot, station.station.plant
@@ -254,8 +254,8 @@ def test_a_knee_against_the_torso_is_the_robot_touching_itself():
     simulator.AdvanceTo(0.002)
     assert links_touching_each_other(results.Eval(context), geometries) == []
     joints = np.array(robot.nominal_joints)
-    joints[Leg.LF.joints] = [-0.44, 1.08, -0.59]  # a swing that draws the leg inward under the torso
+    joints[Leg.LF.joints], joints[Leg.RF.joints] = [-0.65, 0.8, -1.2], [0.65, 0.8, -1.2]  # both inward
     robot.set_state(plant, plant.GetMyMutableContextFromRoot(context), [0.0, 0.0, 1.0], np.zeros(3), joints)
     simulator.AdvanceTo(0.004)
-    assert links_touching_each_other(results.Eval(context), geometries) == [("base", "LF_THIGH")]
+    assert links_touching_each_other(results.Eval(context), geometries) == [("LF_SHANK", "RF_SHANK")]
     assert touching(station, context) == []

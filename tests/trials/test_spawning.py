@@ -134,7 +134,7 @@ def test_it_is_noticed_when_the_map_shows_it(world):
 
 
 @pytest.mark.parametrize(
-    ("spawn", "words"), [("box:0.3,0.3,0.2@1,0@60", "before the end of the trial"), ("box@1", "something is missing")]
+    ("spawn", "words"), [("box:0.3,0.3,0.2@1,0@120", "before the end of the trial"), ("box@1", "something is missing")]
 )
 def test_a_configuration_with_nonsense_is_refused(spawn, words):
     with pytest.raises(UserInputError, match=words):
