@@ -16,7 +16,9 @@ _TOGETHER = 0.03
 """Points this near to each other are of one thing [m]."""
 _FAR = 100.0
 """Beyond all regions [m]."""
-_WIDENED, _RAISED = 0.03, 0.01
+SWING_ROOM = 0.12
+"""The straight way of a swing keeps so far away from it [m]; feet were measured up to 10 cm beside theirs."""
+_WIDENED, _RAISED = 0.04, 0.025
 """Swings clear it as if it were so much wider and higher [m]."""
 
 
@@ -28,7 +30,7 @@ def without_appeared(regions: RegionSet, points: np.ndarray, keep_off: float) ->
         points: on top of what has appeared, in W [m], (n, 3).
         keep_off: how far away from it feet stay [m].
     """
-    things = _outlines(points, keep_off)
+    things = outlines(points, keep_off)
     if not things:
         return regions
     kept = []
@@ -52,8 +54,26 @@ def with_margin(heights: GroundHeights, points: np.ndarray) -> GroundHeights:
     return replace(heights, height=np.fmax(heights.height, np.where(np.isfinite(tops), tops, np.float32(np.nan))))
 
 
-def _outlines(points: np.ndarray, keep_off: float) -> list[shapely.Polygon]:
-    """What feet keep off: the convex hull around each thing, widened by so much, in x and y of W."""
+def lead_over(things: list[shapely.Polygon], legs, start: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Which transitions have a swing whose straight way leads over one of the outlines of ``things``, bool (k,).
+
+    Args:
+        things: what ``outlines`` returns.
+        legs: that swing.
+        start: ground points of the feet before [m], (4, 3).
+        ends: ... and after each transition [m], (k, 4, 3).
+    """
+    over = np.zeros(len(ends), dtype=bool)
+    for leg in map(int, legs):
+        ways = np.stack((np.broadcast_to(start[leg, :2], (len(ends), 2)), ends[:, leg, :2]), axis=1)
+        for thing in things:
+            if not shapely.contains_xy(thing, *start[leg, :2]):  # from where it stands already it has to get away
+                over |= shapely.intersects(thing, shapely.linestrings(ways))
+    return over
+
+
+def outlines(points: np.ndarray, keep_off: float) -> list[shapely.Polygon]:
+    """What feet keep off: the convex hull around each thing, widened by ``keep_off`` [m], in x and y of W."""
     if len(points) < _LEAST_POINTS:
         return []
     union = shapely.union_all(shapely.buffer(shapely.points(points[:, :2]), 0.5 * _TOGETHER, quad_segs=1))

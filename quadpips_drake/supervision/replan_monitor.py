@@ -182,7 +182,8 @@ def _with_refusals(monitor: Monitor, now: Situation) -> Monitor:
     new = now.refused.request_id == monitor.request.id > monitor.refused.request_id and now.refused.swings
     if not new:
         return monitor
-    return replace(monitor, refused=RefusedSwings(now.refused.request_id, (*monitor.refused.swings, *now.refused.swings)))
+    swings = (*monitor.refused.swings, *now.refused.swings)
+    return replace(monitor, refused=replace(monitor.refused, request_id=now.refused.request_id, swings=swings))
 
 
 def _near(refused: RefusedSwings, state: RobotState) -> RefusedSwings:
@@ -232,7 +233,7 @@ def _asking(monitor: Monitor, now: Situation, config: MonitorConfig, start: Plan
         "replans": monitor.replans + (monitor.request.id > 0),
         "escalated": monitor.escalated + (monitor.level > 0),
         "failing_since": np.inf,
-        "refused": _near(monitor.refused, now.state),
+        "refused": replace(_near(monitor.refused, now.state), appeared=appeared[: 0 if failed else None]),
     }
 
 

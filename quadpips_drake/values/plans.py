@@ -120,6 +120,8 @@ class RefusedSwings(ImmutableValue):
     """The request whose plan they were found in last."""
     swings: tuple = ()
     """RefusedSwings."""
+    appeared: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Points in W [m], (n, 3), of what no swing shall lead over."""
 
     @staticmethod
     def empty() -> "RefusedSwings":

@@ -19,7 +19,7 @@ _STOPPING_TIME = 0.3
 _STOPPING_SAMPLES = 6
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class ReferenceCut(ImmutableValue):
     """A wish to end a reference early."""
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from quadpips_drake.planning.appeared_ground import with_margin, without_appeared
+from quadpips_drake.planning.appeared_ground import lead_over, outlines, with_margin, without_appeared
 from quadpips_drake.terrain.terrain import pose
 from quadpips_drake.values.regions import GroundHeights, PlanarRegion, RegionSet
 
@@ -72,6 +72,18 @@ def test_swings_clear_it_with_a_margin():
     known = GroundHeights(1.0, np.array([0.0, -1.0]), 0.01, heights)
     found = with_margin(known, box(1.0, 0.0, 0.15))
     assert found.height.dtype == np.float32 and (found.stamp, found.cell) == (1.0, 0.01)
-    np.testing.assert_allclose(found.at([1.0, 1.095, 1.125, 1.135], [0.0] * 4), [0.16, 0.16, 0.16, 0.0], atol=1e-6)
+    np.testing.assert_allclose(found.at([1.0, 1.095, 1.135, 1.145], [0.0] * 4), [0.175, 0.175, 0.175, 0.0], atol=1e-6)
     assert np.isnan(found.at([1.0], [0.7])), "what is unknown stays so"
     assert with_margin(known, np.zeros((0, 3))) is known and with_margin(known, box(9.0, 0.0, 0.15)) is known
+
+
+def test_swings_that_lead_over_it_are_found():
+    things = outlines(box(1.0, 0.0, 0.15), 0.06)
+    start = np.array([[0.7, 0.0, 0.0], [0.7, -0.4, 0.0], [0.0, 0.0, 0.0], [0.9, 0.12, 0.0]])
+    over, beside, away = start.copy(), start.copy(), start.copy()
+    over[0, :2], beside[0, :2], away[3, :2] = (1.3, 0.0), (1.0, 0.4), (0.7, 0.3)
+    ends = np.stack((over, beside, start))
+    np.testing.assert_array_equal(lead_over(things, (0, 3), start, ends), [True, False, False])
+    np.testing.assert_array_equal(lead_over(things, (1, 2), start, ends), [False] * 3)
+    assert not lead_over(things, (3,), start, away[None]).any(), "it stands close by and may leave"
+    assert not lead_over([], (0, 3), start, ends).any()

@@ -56,6 +56,6 @@ class FootholdPlanner(Stage):
     def update(self, inputs: Inputs, memory: FootholdPlan, time: float) -> FootholdPlan:
         """Plans along the path."""
         path = inputs.torso_path
-        state, refused = state_at_start(inputs.robot_state, path.start), inputs.refused_swings.swings
+        state, refused = state_at_start(inputs.robot_state, path.start), inputs.refused_swings
         plan = search_footholds(state, path.regions, path, self._robot, self.config, refused)
         return replace(plan, start=path.start)

@@ -8,6 +8,7 @@ import numpy as np
 from quadpips_drake.compiling import work_clock
 from quadpips_drake.gaits.swing_gaits import SwingGait, swing_gait
 from quadpips_drake.math.angles import wrap_angle
+from quadpips_drake.planning.appeared_ground import SWING_ROOM, lead_over, outlines
 from quadpips_drake.planning.footholds.escalation import careful, escalated
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.gait_choice import need_of_care
@@ -18,7 +19,7 @@ from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.planning.region_table import make_region_table, may_carry_a_foot
 from quadpips_drake.planning.start_stance import attach_feet
 from quadpips_drake.values.legs import Leg
-from quadpips_drake.values.plans import FootholdPlan, Stance, TorsoPath
+from quadpips_drake.values.plans import FootholdPlan, RefusedSwings, Stance, TorsoPath
 from quadpips_drake.values.robot_state import RobotState
 
 _CELL = 0.02
@@ -62,7 +63,14 @@ class _Search:
     """One A* search from a start stance towards the last pose of a path."""
 
     def __init__(
-        self, gait: SwingGait, config: FootholdConfig, model, table, path: np.ndarray, deadline: float, refused: tuple
+        self,
+        gait: SwingGait,
+        config: FootholdConfig,
+        model,
+        table,
+        path: np.ndarray,
+        deadline: float,
+        refused: RefusedSwings,
     ):
         self._phases = [np.array(phase, dtype=np.int64) for phase in gait.phases]
         self._config = config
@@ -70,7 +78,7 @@ class _Search:
         self._table = table
         self._path = path
         self._deadline = deadline
-        self._refused = refused
+        self._refused, self._things = refused, outlines(refused.appeared, SWING_ROOM)
         self._rate = cost_rate(config)
         turns = np.abs(wrap_angle(np.diff(path[:, 2])))
         legs = np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1) + config.yaw_weight * turns
@@ -128,8 +136,10 @@ class _Search:
         result.combinations += len(costs) + int(refused.sum())
         following = (node.phase + 1) % len(self._phases)
         promise = costs + self._config.heuristic_inflation * self._rate * ways
-        if self._refused:
-            promise[are_refused(self._refused, self.swing_legs(node), node.feet, feet)] = np.inf
+        if self._refused.swings:
+            promise[are_refused(self._refused.swings, self.swing_legs(node), node.feet, feet)] = np.inf
+        if self._things:
+            promise[lead_over(self._things, self.swing_legs(node), node.feet, feet)] = np.inf
         for k in np.argsort(promise, kind="stable")[: self._config.max_children]:
             if not np.isfinite(promise[k]):
                 break
@@ -267,7 +277,7 @@ class _Attempt:
 
 
 def _attempt(
-    problem: _Problem, state, torso_path, robot, config: FootholdConfig, deadline: float, refused: tuple
+    problem: _Problem, state, torso_path, robot, config: FootholdConfig, deadline: float, refused: RefusedSwings
 ) -> _Attempt:
     """Searches for waypoints ever nearer along the torso path until one is reached."""
     path, waypoint = _local_path(state, torso_path, config.local_radius)
@@ -297,7 +307,7 @@ def _need_of_care(attempt: _Attempt, config: FootholdConfig) -> str:
 
 
 def search_footholds(
-    state: RobotState, regions, torso_path: TorsoPath, robot, config: FootholdConfig, refused: tuple = ()
+    state: RobotState, regions, torso_path: TorsoPath, robot, config: FootholdConfig, refused: RefusedSwings | None = None
 ) -> FootholdPlan:
     """Finds the swings that lead from where the robot stands towards the local waypoint on the torso path.
 
@@ -320,6 +330,7 @@ def search_footholds(
         reason = torso_path.reason or "there is no torso path"
         return FootholdPlan(state.stamp, torso_path.request_id, reason=reason, complete=False)
     problem = _pose_problem(state, regions, robot, config)
+    refused = refused or RefusedSwings.empty()
     attempt = _attempt(problem, state, torso_path, robot, config, started + config.time_limit, refused)
     need, expansions = _need_of_care(attempt, config), attempt.expansions
     if need:

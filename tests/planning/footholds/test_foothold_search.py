@@ -20,7 +20,7 @@ from quadpips_drake.robots.reachability import leg_chains
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.stance_limits import stance_limits
 from quadpips_drake.values.legs import Leg
-from quadpips_drake.values.plans import RefusedSwing
+from quadpips_drake.values.plans import RefusedSwing, RefusedSwings
 from quadpips_drake.values.regions import RegionSet
 from tests.planning import worlds
 
@@ -45,7 +45,7 @@ WORLDS = {
 }
 
 
-def plan_once(regions, goal, config=None, state=None, robot=ROBOT, refused=()):
+def plan_once(regions, goal, config=None, state=None, robot=ROBOT, refused=None):
     state = worlds.standing_state(robot) if state is None else state
     path = search_torso_path(state.p_WB, state.rpy_WB[2], regions, goal, robot, TorsoConfig(), request_id=7)
     return search_footholds(state, regions, path, robot, config or FootholdConfig(), refused)
@@ -248,7 +248,7 @@ def test_a_refused_swing_is_not_planned_again_and_the_search_goes_around_it():
     regions, goal = WORLDS["stepping_stones"]
     first, refused = plan_once(regions, goal), []
     for _ in range(3):
-        plan = plan_once(regions, goal, refused=tuple(refused))
+        plan = plan_once(regions, goal, refused=RefusedSwings(1, tuple(refused)))
         assert plan.success and plan.complete == first.complete
         for swing in refused:
             for legs, before, after in zip(plan.swing_legs, plan.stances[:-1], plan.stances[1:], strict=True):
