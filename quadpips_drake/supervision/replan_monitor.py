@@ -64,7 +64,7 @@ class MonitorConfig(StageConfig):
     """... or this long after its time is over [s], wherever the base is."""
     replaced_swings: int = ranged(1, 0, 20)
     """The next plan is made while the robot walks, and takes the place of this many last swings of the present one."""
-    lead_time: float = ranged(0.75, 0.0, 100.0)
+    lead_time: float = ranged(0.9, 0.0, 100.0)
     """How long before the next plan begins it is asked for [s]; more after one that came too late. 0: the robot stands
     between plans, as in the release."""
     ground: GroundEventConfig = field(default_factory=GroundEventConfig)
