@@ -239,7 +239,7 @@ def test_the_next_plan_is_asked_for_while_walking_from_where_the_robot_will_be()
     joined = trot(request.id, request.start.time, 8, 1.7)
     assert story.goes_on(0.1, reference=joined).followed == request.id
     assert story.goes_on(2.5).request.id == request.id, "in the middle of the next plan nothing is asked for"
-    assert story.goes_on(0.9).request.id == request.id + 1
+    assert story.goes_on(1.1).request.id == request.id + 1
     assert story.monitor.phase == "walking"
 
 
