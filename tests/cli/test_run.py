@@ -36,7 +36,7 @@ BAD_INPUT = [
     (["--terrain", "gap", "--difficulty", "-1"], ["difficulty must be"]),
     (["--terrain", "gap", "--difficulty", "wide"], ["--difficulty", "valid number"]),
     (["--spawn", "box:0.3,0.3@1,0@4"], ["spawn 'box:0.3,0.3@1,0@4'", "a box needs box:L,W,H", "KIND:SIZE@foothold@TIME"]),
-    (["--spawn", "box:0.3,0.3,0.2@1,0@t=60"], ["the time must be before the end of the trial, 60 s"]),
+    (["--spawn", "box:0.3,0.3,0.2@1,0@t=120"], ["the time must be before the end of the trial, 120 s"]),
     (["--duration", "-1"], ["duration must be"]),
     (["--duration", "nan"], ["duration must be a positive number of seconds, not 'nan'"]),
     (["--duration", "soon"], ["--duration", "quadpips run --help"]),
