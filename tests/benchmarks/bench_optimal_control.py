@@ -119,6 +119,7 @@ def test_update(benchmark, robot, situations, grid, solver):
     mpc.update(*next(cases))
     mpc.times.clear()
     benchmark.pedantic(lambda: mpc.update(*next(cases)), rounds=3 * COUNT if solver == "piqp" else COUNT)
+    assert len(mpc.times) and np.isfinite(mpc.times).all()
     _rows[grid, solver] = np.median(mpc.times, axis=0) * [1e3, 1e3, 1e3, 1e3, 1e3, 1.0]
 
 

@@ -69,7 +69,7 @@ def test_egocan(benchmark, moment):
     benchmark.group = "stages"
     memory, depth, X_WC = moment
     image = affordance(depth, X_WC, memory.stamp + 1.0 / 30.0, CONFIG, INTRINSICS)
-    benchmark(update_memory, memory, [image], 0.0, CONFIG.egocan)
+    assert benchmark(update_memory, memory, [image], 0.0, CONFIG.egocan).stamp == image.stamp
 
 
 def test_cap(benchmark, moment):

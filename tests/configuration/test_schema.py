@@ -48,8 +48,10 @@ class WholeConfig:
 
 
 def test_values_in_range_are_taken_as_python_gives_them():
-    PartConfig(rate=np.float32(2.0), count=np.int64(5), point=(1, 2), pitch=0.5, on=False)
-    PartConfig(rate=0, limit=float("inf"), pitch=None)
+    part = PartConfig(rate=np.float32(2.0), count=np.int64(5), point=(1, 2), pitch=0.5, on=False)
+    assert (part.rate, part.count, tuple(part.point), part.pitch, part.on) == (2.0, 5, (1, 2), 0.5, False)
+    part = PartConfig(rate=0, limit=float("inf"), pitch=None)
+    assert (part.rate, part.limit, part.pitch) == (0, float("inf"), None)
 
 
 @pytest.mark.parametrize(
