@@ -115,7 +115,7 @@ def test_tick(benchmark, variant):
     rounds = []
     benchmark.pedantic(lambda: rounds.append(ticks(TaskSpaceInverseDynamics(robot, config), robot)), rounds=3)
     times = np.concatenate(rounds)
-    assert len(times) == len(rounds) * TICKS and (times > 0.0).all()
+    assert len(times) == len(rounds) * TICKS and (times[:, 3] > 0.0).all()
     cold = np.median(ticks(TaskSpaceInverseDynamics(robot, config), robot, np.zeros(4_000_000))[:, 3])
     _rows.append((variant, *np.median(times, axis=0), np.percentile(times[:, 3], 95), cold))
 
