@@ -1,6 +1,7 @@
 """The planning module: from planar regions and a goal to a whole-body reference."""
 
 from dataclasses import field
+from functools import partial
 
 from quadpips_drake.configuration.schema import configuration
 from quadpips_drake.framework.ports import DiagramBuilder
@@ -15,6 +16,7 @@ from quadpips_drake.supervision.reference_publisher_system import ReferencePubli
 from quadpips_drake.supervision.replan_monitor import MonitorConfig
 from quadpips_drake.supervision.replan_monitor_system import ReplanMonitor
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.trajectory.swing.swing_clearance import SwingClearance
 from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizerConfig
 from quadpips_drake.trajectory.swing.swing_optimizer_system import SwingTrajectoryOptimizer
 
@@ -56,8 +58,7 @@ class PlanningModule(Diagram):
 
     - robot_state: RobotState, frame W.
     - region_set: RegionSet, frame W.
-    - ground_heights (optional): GroundHeights that swings clear and the monitor holds the reference against,
-      frame W.
+    - ground_heights (optional): GroundHeights that swings clear and the monitor holds the reference against, frame W.
     - safety_status (optional): SafetyStatus; while it is unstable the reference is dropped.
     - goal: x, y in W [m], vector (2,).
     - reference: WholeBodyReference to follow, frame W, absolute times; without samples while there is nothing to follow.
@@ -75,7 +76,8 @@ class PlanningModule(Diagram):
         config = config or PlanningConfig()
         builder = DiagramBuilder()
         torso = builder.AddSystem(TorsoPlanner(robot, config.torso, timings=timings))
-        footholds = builder.AddSystem(FootholdPlanner(robot, config.footholds, timings=timings))
+        clearance = partial(SwingClearance.over, foot_radius=robot.foot_radius, config=config.swings)
+        footholds = builder.AddSystem(FootholdPlanner(robot, config.footholds, clearance=clearance, timings=timings))
         swings = builder.AddSystem(SwingTrajectoryOptimizer(robot, config.swings, timings=timings))
         publisher = builder.AddSystem(ReferencePublisher(config.publisher, timings=timings))
         monitor = builder.AddSystem(ReplanMonitor(robot, config.monitor, timings=timings))
@@ -100,7 +102,8 @@ class PlanningModule(Diagram):
         builder.ExportInput(swings.GetInputPort("ground_heights"), "ground_heights")
         for system in (swings, monitor):
             builder.ConnectInput("region_set", system.GetInputPort("region_set"))
-        builder.ConnectInput("ground_heights", monitor.GetInputPort("ground_heights"))
+        for system in (footholds, monitor):
+            builder.ConnectInput("ground_heights", system.GetInputPort("ground_heights"))
         builder.ExportInput(monitor.GetInputPort("safety_status"), "safety_status")
         builder.ExportInput(monitor.GetInputPort("goal"), "goal")
         builder.ExportOutput(publisher.GetOutputPort("reference"), "reference")

@@ -44,7 +44,7 @@ SOURCES = {
     "offset_beam": "released with QuadPiPS, not in its benchmark",
     "open_stairs": "our own: `stairs` with a tread's thickness chosen",
     "parallel_beams": f"{PAPER}-C: width and distance; platforms as in the released world of the Go2, whose beams lie 1.3 m "
-    "apart. ANYmal C needs its side cameras: `--set 'stages.station.further_cameras=[left, right]'`",
+    "apart. ANYmal C looks around with its side cameras here (`--set 'stages.station.further_cameras=[]'`: not)",
     "pegboard": RELEASED,
     "ramp_10": f"{RELEASED}; the start lies 0.7 m nearer, the goal 0.1 m further up",
     "ramped_balance_beam": f"{RELEASED} (the parts as its state places them)",

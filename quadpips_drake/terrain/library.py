@@ -26,6 +26,7 @@ from quadpips_drake.terrain.environments.ramps import down_ramp, ramp_10, slope
 from quadpips_drake.terrain.environments.stairs import open_stairs, open_stairs_10, stairs, stairs_10
 from quadpips_drake.terrain.environments.stones import sparse_stones, stepping_stones
 from quadpips_drake.terrain.environments.uneven import bumps, pegboard, rubble
+from quadpips_drake.terrain.environments.views import cameras_of
 from quadpips_drake.terrain.environments.winding_beam import winding_balance_beam, winding_balance_beam_hard
 from quadpips_drake.terrain.files.stone_setup import read_stone_setup
 from quadpips_drake.terrain.files.terrain_file import read_terrain_file
@@ -76,6 +77,11 @@ def load_terrain(name_or_path: str, seed: int = 0, start=None, goal=None, diffic
 def terrain_difficulty(name: str) -> Difficulty | None:
     """What makes the library terrain ``name`` easy or hard; None where there is nothing to choose."""
     return difficulty_of(terrains.get(name).factory)
+
+
+def terrain_cameras(name_or_path: str) -> tuple[str, ...]:
+    """Cameras that a robot needs there beside the front one; those of a terrain that is not in the library: none."""
+    return cameras_of(terrains.get(name_or_path).factory) if name_or_path in terrains else ()
 
 
 def _chosen(name: str, difficulty: float | None) -> dict[str, float]:

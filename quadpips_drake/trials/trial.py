@@ -65,7 +65,8 @@ class TrialConfig(SimulationConfig):
         planners.get(self.planner)
         parse_spawns(self.spawn, self.duration)
         if self.stages is None:
-            self.stages = default_stages(self.stages_type(self.planner), self.robot, self.latency, self.latency_scale)
+            stages = self.stages_type(self.planner)
+            self.stages = default_stages(stages, self.robot, self.latency, self.latency_scale, self.terrain)
 
 
 class Trial(SimulatedTrial):

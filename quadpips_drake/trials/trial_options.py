@@ -6,13 +6,14 @@ from typing import Any
 
 from quadpips_drake.configuration.layers import ConfigLayer, override_layer, read_layer
 from quadpips_drake.configuration.loading import load_config
-from quadpips_drake.robots.robot_library import DEFAULT_ROBOT, robot_defaults_layer, robot_file, robots
+from quadpips_drake.robots.robot_library import DEFAULT_ROBOT, load_robot, robot_defaults_layer, robot_file, robots
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.robots.stage_latencies import latency_layer
+from quadpips_drake.terrain.library import terrain_cameras
 from quadpips_drake.trials.simulated_trial import SimulationConfig
 
 
-def default_stages(stages: type, robot: str, latency: str = "zero", latency_scale: float = 1.0):
+def default_stages(stages: type, robot: str, latency: str = "zero", latency_scale: float = 1.0, terrain: str = ""):
     """Returns the configuration of all stages for a robot: here, and nowhere else, a robot's own numbers come in.
 
     Args:
@@ -20,9 +21,17 @@ def default_stages(stages: type, robot: str, latency: str = "zero", latency_scal
         robot: name, or path of its robot.yaml.
         latency: preset of the stages' latencies, see ``robots.stage_latencies``.
         latency_scale: factor on these latencies.
+        terrain: name of where it walks; the robot gets the cameras that it needs there, if it has them.
     """
-    layers = robot_defaults_layer(robot), latency_layer(latency, robot, latency_scale)
+    layers = robot_defaults_layer(robot), latency_layer(latency, robot, latency_scale), _camera_layer(terrain, robot)
     return load_config(stages, [_known(layer, stages) for layer in layers])
+
+
+def _camera_layer(terrain: str, robot: str) -> ConfigLayer:
+    """The cameras beside the front one that a terrain asks for, as far as the robot has them."""
+    wanted = terrain_cameras(terrain)
+    names = [camera.name for camera in load_robot(robot).cameras if camera.name in wanted] if wanted else []
+    return ConfigLayer(f"the cameras for '{terrain}'", {"station": {"further_cameras": names}} if names else {})
 
 
 def _known(layer: ConfigLayer, stages: type) -> ConfigLayer:
@@ -53,7 +62,8 @@ def resolve_config(schema: type, scenario: Path | None, options: dict, sets: lis
     layers = _with_presets(layers, schema, stages, robot)
     if stages is not schema.stages_type():
         schema = make_dataclass(schema.__name__, [("stages", stages, field(default=None))], bases=(schema,))
-    own = default_stages(stages, robot, schema.latency, schema.latency_scale)
+    terrain = _last(layers, "terrain") or schema.terrain
+    own = default_stages(stages, robot, schema.latency, schema.latency_scale, terrain)
     return load_config(schema, layers, base=schema(robot=robot, stages=own))
 
 

@@ -1,5 +1,6 @@
 """FootholdPlanner: the foothold search as a Drake system."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from quadpips_drake.framework.stage import Inputs, Stage
@@ -8,6 +9,7 @@ from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.planning.start_stance import state_at_start
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.plans import FootholdPlan, PlanSketch, RefusedSwings, TorsoPath
+from quadpips_drake.values.regions import GroundHeights
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -24,6 +26,7 @@ class FootholdPlanner(Stage):
         - robot_state
         - torso_path
         - refused_swings (optional)
+        - ground_heights (optional)
         output_ports:
         - foothold_plan
         - plan
@@ -32,6 +35,7 @@ class FootholdPlanner(Stage):
     - torso_path: TorsoPath, frame W, with its regions; a new ``request_id`` asks for a plan, 0 for nothing. If it failed,
       the plan fails with the same reason.
     - refused_swings (optional): RefusedSwings, frame W; nothing like them is planned.
+    - ground_heights (optional): GroundHeights, frame W, that feet have to clear.
     - foothold_plan: FootholdPlan, frame W, for the last path; it has no stances and a reason when nothing was found. Looks
       for a new path at ``config.rate`` (15 Hz).
     - plan: PlanSketch, frame W: the same to draw.
@@ -39,13 +43,29 @@ class FootholdPlanner(Stage):
 
     WORTH_A_THREAD = True
 
-    def __init__(self, robot, config: FootholdConfig | None = None, *, timings: StageTimings | None = None):
+    def __init__(
+        self,
+        robot,
+        config: FootholdConfig | None = None,
+        *,
+        clearance: Callable | None = None,
+        timings: StageTimings | None = None,
+    ):
+        """
+        Args:
+            robot: whose footholds.
+            config: of the search.
+            clearance: (RegionSet, GroundHeights) -> the ``clears`` of ``search_footholds`` on that ground; None: the search
+                does not ask whether feet clear it.
+            timings: where computing times go.
+        """
         config = config or FootholdConfig()
         super().__init__("foothold_planner", config, memory=FootholdPlan.empty(), label="foothold_search", timings=timings)
-        self._robot = robot
+        self._robot, self._clearance = robot, clearance
         self.declare_input("robot_state", RobotState)
         self.declare_input("torso_path", TorsoPath)
         self.declare_input("refused_swings", RefusedSwings, default=RefusedSwings.empty())
+        self.declare_input("ground_heights", GroundHeights, default=GroundHeights.empty())
         self.declare_output("foothold_plan", FootholdPlan)
         self.declare_output("plan", PlanSketch, FootholdPlan.sketch)
 
@@ -57,5 +77,6 @@ class FootholdPlanner(Stage):
         """Plans along the path."""
         path = inputs.torso_path
         state, refused = state_at_start(inputs.robot_state, path.start), inputs.refused_swings
-        plan = search_footholds(state, path.regions, path, self._robot, self.config, refused)
+        test = {"clears": self._clearance(path.regions, inputs.ground_heights)} if self._clearance and path.success else {}
+        plan = search_footholds(state, path.regions, path, self._robot, self.config, refused, **test)
         return replace(plan, start=path.start)

@@ -1,7 +1,10 @@
 """Foothold search: A* over contact-mode families (QuadPiPS section VI-C)."""
 
 import heapq
-from dataclasses import dataclass, field
+import itertools
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,8 +15,11 @@ from quadpips_drake.planning.appeared_ground import SWING_ROOM, lead_over, outli
 from quadpips_drake.planning.footholds.escalation import careful, escalated
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.gait_choice import need_of_care
+from quadpips_drake.planning.footholds.lazy_swings import LazySwings
+from quadpips_drake.planning.footholds.local_path import local_path, prefix_lengths
 from quadpips_drake.planning.footholds.refused_swings import are_refused
-from quadpips_drake.planning.footholds.stance_rules import REJECTIONS, make_transition_model, stance_deviation
+from quadpips_drake.planning.footholds.search_node import SearchNode, SearchResult
+from quadpips_drake.planning.footholds.stance_rules import BLOCKED, REJECTIONS, make_transition_model, stance_deviation
 from quadpips_drake.planning.footholds.stance_transitions import cost_rate, distance_to_go, expand
 from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.planning.region_table import make_region_table, may_carry_a_foot
@@ -22,41 +28,10 @@ from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import FootholdPlan, RefusedSwings, Stance, TorsoPath
 from quadpips_drake.values.robot_state import RobotState
 
+_STUCK_WAY = 0.3
+"""How much longer the way to go is taken to be for each foot that does not get over what it stands beside [m]."""
 _CELL = 0.02
 """Footholds of the same leg in the same cell of this size [m] count as one in the identity of a node."""
-
-
-@dataclass(slots=True)
-class _Node:
-    """A contact-mode family, with the full stance that led to it.
-
-    The family is the phase and what the legs stand on that do not swing in it; the swinging legs only matter as the places
-    where they lift off. Nodes with the same family are merged: the cheaper way to it wins.
-    """
-
-    phase: int
-    feet: np.ndarray
-    normals: np.ndarray
-    regions: np.ndarray
-    p_WB: np.ndarray
-    rpy_WB: np.ndarray
-    cost: float
-    to_go: float
-    parent: int
-    depth: int
-
-
-@dataclass
-class _Result:
-    """Outcome of the search for one waypoint."""
-
-    node: int = -1
-    complete: bool = False
-    expansions: int = 0
-    refused: np.ndarray = field(default_factory=lambda: np.zeros(len(REJECTIONS), dtype=np.int64))
-    combinations: int = 0
-    reason: str = ""
-    time_limit_hit: bool = False
 
 
 class _Search:
@@ -71,7 +46,9 @@ class _Search:
         path: np.ndarray,
         deadline: float,
         refused: RefusedSwings,
+        clears: Callable,
     ):
+        self._swings = LazySwings(clears, gait.swing_duration)
         self._phases = [np.array(phase, dtype=np.int64) for phase in gait.phases]
         self._config = config
         self._model = model
@@ -85,23 +62,29 @@ class _Search:
         self._remaining = np.append(np.cumsum(legs[::-1])[::-1], 0.0)
         self._open: list = []
         self._best_cost: dict = {}
+        self._children, self._dearer = {}, defaultdict(list)
+        self._is_clear, self._postponed = {}, set()
         self._pushed = 0
-        self.nodes: list[_Node] = []
+        self.nodes: list[SearchNode] = []
 
-    def run(self, feet, normals, regions) -> _Result:
+    def run(self, feet, normals, regions) -> SearchResult:
         """Searches from the start stance; the result's node is the end of the plan, or -1."""
         p_WB, rpy_WB = base_pose_above(feet, self._model.base_height, self._model.max_tilt)
         to_go = self._way_to_go(p_WB, rpy_WB)
         for phase in range(len(self._phases) if self._config.any_first_phase else 1):
-            self._push(_Node(phase, feet, normals, regions, p_WB, rpy_WB, 0.0, to_go, -1, 0))
-        result = _Result()
+            self._push(SearchNode(phase, feet, normals, regions, p_WB, rpy_WB, 0.0, to_go, -1, 0))
+        result = SearchResult()
         while self._open:
-            _, _, _, index, terminal = heapq.heappop(self._open)
+            estimate, _, _, index, terminal = heapq.heappop(self._open)
             node = self.nodes[index]
+            if (not terminal and self._is_passed_over(node)) or self._is_postponed(index, estimate, terminal):
+                continue
+            if not self._can_be_swung_to(index, result):
+                continue
             if terminal:
                 result.node, result.complete = index, self._is_at_waypoint(node)
                 return result
-            if node.cost > self._best_cost[self._family(node)] or node.depth == self._config.max_steps:
+            if node.depth == self._config.max_steps:
                 continue
             if result.expansions >= self._config.max_expansions:
                 bound = f"the bound of {self._config.max_expansions} expansions was reached"
@@ -113,7 +96,7 @@ class _Search:
             self._expand(index, node, result)
         return self._best_effort(result, self._dead_end(result))
 
-    def stances(self, index: int) -> list[_Node]:
+    def stances(self, index: int) -> list[SearchNode]:
         """Returns the nodes from the start to ``index``."""
         chain = []
         while index >= 0:
@@ -121,11 +104,11 @@ class _Search:
             index = self.nodes[index].parent
         return chain[::-1]
 
-    def swing_legs(self, node: _Node) -> tuple[Leg, ...]:
+    def swing_legs(self, node: SearchNode) -> tuple[Leg, ...]:
         """Returns the legs that swing from ``node`` on."""
         return tuple(Leg(int(leg)) for leg in self._phases[node.phase])
 
-    def _expand(self, index: int, node: _Node, result: _Result):
+    def _expand(self, index: int, node: SearchNode, result: SearchResult):
         """Adds the permitted stances after one swing, the most promising ones."""
         legs = self._phases[node.phase]
         feet, normals, regions, p_WB, rpy, costs, ways, refused = expand(
@@ -140,18 +123,69 @@ class _Search:
             promise[are_refused(self._refused.swings, self.swing_legs(node), node.feet, feet)] = np.inf
         if self._things:
             promise[lead_over(self._things, self.swing_legs(node), node.feet, feet)] = np.inf
-        for k in np.argsort(promise, kind="stable")[: self._config.max_children]:
-            if not np.isfinite(promise[k]):
-                break
-            cost = node.cost + costs[k]
-            self._push(
-                _Node(following, feet[k], normals[k], regions[k], p_WB[k], rpy[k], cost, ways[k], index, node.depth + 1)
+        order = [k for k in np.argsort(promise, kind="stable") if np.isfinite(promise[k])]
+        depth = node.depth + 1
+        self._children[index] = (
+            SearchNode(
+                following, feet[k], normals[k], regions[k], p_WB[k], rpy[k], node.cost + costs[k], ways[k], index, depth
             )
+            for k in order
+        )  # fmt: skip
+        self._push_children(index, self._config.max_children)
 
-    def _push(self, node: _Node):
+    def _push_children(self, index: int, count: int):
+        """Queues the next best children of a node, but for those that are known to be out of reach."""
+        before = self.nodes[index]
+        legs = self._phases[before.phase]
+        possible = (child for child in self._children[index] if self._swings.may_clear(legs, before, child))
+        for child in itertools.islice(possible, count):
+            self._push(child)
+
+    def _is_passed_over(self, node: SearchNode) -> bool:
+        """Whether a cheaper way to the node's family is known; if that turns out to be none, it is queued again."""
+        family = self._family(node)
+        if node.cost <= self._best_cost.get(family, np.inf):
+            return False
+        self._dearer[family].append(node)
+        return True
+
+    def _is_postponed(self, index: int, estimate: float, terminal: bool) -> bool:
+        """Queues a stance with stuck feet again, once, as if its way to go were longer."""
+        stuck = self._swings.stuck_feet(self.nodes[index])
+        if not stuck or (index, terminal) in self._postponed:
+            return False
+        self._postponed.add((index, terminal))
+        longer = stuck * _STUCK_WAY * self._config.heuristic_inflation * self._rate
+        self._queue(estimate + longer, self.nodes[index].depth, index, terminal)
+        return True
+
+    def _can_be_swung_to(self, index: int, result: SearchResult) -> bool:
+        """Whether the feet clear the ground on the way to a node; looked at when it is its turn, since few of them are.
+
+        One that cannot be reached makes room for the next best child of its parent, and for the dearer ways to its family.
+        """
+        node = self.nodes[index]
+        if node.parent < 0 or self._is_clear.get(index, False):
+            return True
+        if index in self._is_clear:
+            return False
+        before = self.nodes[node.parent]
+        clear = self._is_clear[index] = self._swings.clear(self._phases[before.phase], before, node)
+        if not clear:
+            result.refused[BLOCKED] += 1
+            self._push_children(node.parent, 1)
+            family = self._family(node)
+            if self._best_cost.get(family) == node.cost:
+                del self._best_cost[family]
+                for other in self._dearer.pop(family, ()):
+                    self._push(other)
+        return clear
+
+    def _push(self, node: SearchNode):
         """Queues a node unless a way at least as cheap to its family is known; and the end of the plan, if it may be one."""
         family = self._family(node)
         if node.cost >= self._best_cost.get(family, np.inf):
+            self._dearer[family].append(node)
             return
         self._best_cost[family] = node.cost
         self.nodes.append(node)
@@ -166,18 +200,18 @@ class _Search:
         self._pushed += 1
         heapq.heappush(self._open, (estimate, -depth, self._pushed, index, terminal))
 
-    def _family(self, node: _Node) -> tuple:
+    def _family(self, node: SearchNode) -> tuple:
         """Identity of the contact-mode family: the phase, and region and place of each leg that stays down in it."""
         swinging = set(self._phases[node.phase].tolist())
         standing = [leg for leg in range(4) if leg not in swinging]
         cells = np.floor(node.feet[standing] / _CELL).astype(np.int64)
         return (node.phase, *node.regions[standing].tolist(), *cells.ravel().tolist())
 
-    def _final_cost(self, node: _Node) -> float:
+    def _final_cost(self, node: SearchNode) -> float:
         deviation = stance_deviation(node.feet, node.p_WB, node.rpy_WB[2], self._model.nominal, 0.0)
         return self._config.final_stance_weight * deviation
 
-    def _may_end(self, node: _Node) -> bool:
+    def _may_end(self, node: SearchNode) -> bool:
         """A plan ends at the waypoint, or, if that is further than its steps lead, somewhere nearer to it."""
         if node.depth == 0:
             return False
@@ -185,10 +219,10 @@ class _Search:
             return False
         return self._is_at_waypoint(node) or node.depth == self._config.max_steps
 
-    def _progress(self, node: _Node) -> float:
+    def _progress(self, node: SearchNode) -> float:
         return self.nodes[0].to_go - node.to_go
 
-    def _is_at_waypoint(self, node: _Node) -> bool:
+    def _is_at_waypoint(self, node: SearchNode) -> bool:
         x, y, yaw = self._path[-1]
         near = np.hypot(node.p_WB[0] - x, node.p_WB[1] - y) <= self._config.goal_tolerance
         return near and abs(wrap_angle(node.rpy_WB[2] - yaw)) <= self._config.goal_yaw_tolerance
@@ -197,15 +231,15 @@ class _Search:
         x, y, yaw = p_WB[0], p_WB[1], rpy_WB[2]
         return distance_to_go(x, y, yaw, self._path, self._remaining, self._config.yaw_weight)[0]
 
-    def _best_effort(self, result: _Result, reason: str) -> _Result:
+    def _best_effort(self, result: SearchResult, reason: str) -> SearchResult:
         """Ends a search that did not arrive: with the stance that is best to wait in, among those with some progress."""
         result.reason = reason
         candidates = [k for k, node in enumerate(self.nodes) if self._progress(node) >= self._config.min_progress]
-        if candidates:
-            result.node = min(candidates, key=lambda k: self._rate * self.nodes[k].to_go + self._final_cost(self.nodes[k]))
+        candidates.sort(key=lambda k: self._rate * self.nodes[k].to_go + self._final_cost(self.nodes[k]))
+        result.node = next((k for k in candidates if self._can_be_swung_to(k, result)), -1)
         return result
 
-    def _dead_end(self, result: _Result) -> str:
+    def _dead_end(self, result: SearchResult) -> str:
         """Says in words what kept the search from coming nearer."""
         if result.combinations == 0:
             return "no foothold is within reach of the swinging legs"
@@ -243,26 +277,6 @@ def _pose_problem(state: RobotState, regions, robot, config: FootholdConfig) -> 
     )
 
 
-def _local_path(state: RobotState, torso_path: TorsoPath, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Returns x, y, yaw of the leading poses of the torso path within ``radius`` [m], (n, 3), and the waypoint, (4,).
-
-    The path starts at the base's present pose; the waypoint, x, y, z, yaw, is the last of these poses.
-    """
-    poses = torso_path.poses
-    far = np.flatnonzero(np.hypot(*(poses[:, :2] - state.p_WB[:2]).T) > radius)
-    count = max(int(far[0]) if len(far) else len(poses), min(2, len(poses)))
-    path = poses[:count][:, [0, 1, 3]]
-    if np.hypot(*(path[0, :2] - state.p_WB[:2])) > 1e-3:
-        path = np.vstack([[*state.p_WB[:2], state.rpy_WB[2]], path])
-    return np.ascontiguousarray(path, dtype=float), poses[count - 1]
-
-
-def _prefix_lengths(count: int, retries: int) -> list[int]:
-    """Returns how many poses of the path to follow, in the order of the attempts: all, then fewer, down to a quarter."""
-    fewest = min(count, max(2, count // 4))
-    return sorted({int(k) for k in np.linspace(count, fewest, retries + 1)}, reverse=True)
-
-
 @dataclass
 class _Attempt:
     """What the searches with one gait led to."""
@@ -270,21 +284,21 @@ class _Attempt:
     gait: SwingGait
     waypoint: np.ndarray
     search: _Search
-    result: _Result
+    result: SearchResult
     """To make the plan of; its node is -1 when there is none."""
     expansions: int
     time_limit_hit: bool
 
 
 def _attempt(
-    problem: _Problem, state, torso_path, robot, config: FootholdConfig, deadline: float, refused: RefusedSwings
+    problem: _Problem, state, torso_path, robot, config: FootholdConfig, deadline: float, refused: RefusedSwings, clears
 ) -> _Attempt:
     """Searches for waypoints ever nearer along the torso path until one is reached."""
-    path, waypoint = _local_path(state, torso_path, config.local_radius)
+    path, waypoint = local_path(state, torso_path, config.local_radius)
     gait, model, table = swing_gait(config.gait), make_transition_model(robot, config), make_region_table(problem.usable)
     attempts = []
-    for count in _prefix_lengths(len(path), config.waypoint_retries):
-        search = _Search(gait, config, model, table, path[:count], deadline, refused)
+    for count in prefix_lengths(len(path), config.waypoint_retries):
+        search = _Search(gait, config, model, table, path[:count], deadline, refused, clears)
         result = search.run(problem.feet, problem.normals, problem.regions)
         result.complete &= count == len(path)
         attempts.append((search, result))
@@ -307,7 +321,13 @@ def _need_of_care(attempt: _Attempt, config: FootholdConfig) -> str:
 
 
 def search_footholds(
-    state: RobotState, regions, torso_path: TorsoPath, robot, config: FootholdConfig, refused: RefusedSwings | None = None
+    state: RobotState,
+    regions,
+    torso_path: TorsoPath,
+    robot,
+    config: FootholdConfig,
+    refused: RefusedSwings | None = None,
+    clears: Callable = lambda duration, start, end: True,
 ) -> FootholdPlan:
     """Finds the swings that lead from where the robot stands towards the local waypoint on the torso path.
 
@@ -321,6 +341,8 @@ def search_footholds(
         regions: RegionSet to step on, in W.
         torso_path: result of the torso search; its ``level`` says how hard to try, see ``escalation``.
         refused: RefusedSwings; nothing like them is in the plan.
+        clears: (duration [s], start, end) -> whether a foot clears the ground on the way from start to end, each a ground
+            point [m] and an upward normal in W, (3,) and (3,). See ``trajectory/swing/swing_clearance.py``.
 
     Returns:
         A FootholdPlan; without stances and with a reason when there is none.
@@ -331,12 +353,20 @@ def search_footholds(
         return FootholdPlan(state.stamp, torso_path.request_id, reason=reason, complete=False)
     problem = _pose_problem(state, regions, robot, config)
     refused = refused or RefusedSwings.empty()
-    attempt = _attempt(problem, state, torso_path, robot, config, started + config.time_limit, refused)
+    attempt = _attempt(problem, state, torso_path, robot, config, started + config.time_limit, refused, clears)
     need, expansions = _need_of_care(attempt, config), attempt.expansions
     if need:
-        carefully = _attempt(problem, state, torso_path, robot, careful(config), started + config.time_limit, refused)
+        deadline = started + config.time_limit
+        carefully = _attempt(problem, state, torso_path, robot, careful(config), deadline, refused, clears)
         expansions += carefully.expansions
         attempt = carefully if carefully.result.node >= 0 else attempt
+    return _plan(attempt, need, expansions, problem, state, torso_path, config, started)
+
+
+def _plan(
+    attempt: _Attempt, need: str, expansions: int, problem: _Problem, state, torso_path, config, started
+) -> FootholdPlan:
+    """The plan that an attempt found."""
     search, result = attempt.search, attempt.result
     chain, gait = search.stances(result.node), attempt.gait
     return FootholdPlan(

@@ -4,6 +4,7 @@ import math
 
 from quadpips_drake.terrain.environments.difficulty import takes_difficulty
 from quadpips_drake.terrain.environments.parts import PLATFORM_THICKNESS, pit_floor, platform
+from quadpips_drake.terrain.environments.views import wants_cameras
 from quadpips_drake.terrain.terrain import DEFAULT_FRICTION, Box, Terrain, pose
 from quadpips_drake.values.steppability import Steppability
 
@@ -31,6 +32,7 @@ def offset_beam(*, seed: int = 0, offset: float = 0.75) -> Terrain:
     return _over_a_pit("offset_beam", (-3.0, offset, 0), (2.0, offset), [_beam("beam", 0.0, 0.5)])
 
 
+@wants_cameras("left", "right")
 @takes_difficulty("width", "width of a beam", "m", low=0.08, high=0.4, larger_is_harder=False)
 def parallel_beams(*, seed: int = 0, width: float = 0.2, separation: float = 0.85) -> Terrain:
     """Two narrow beams side by side, as far apart as ANYmal C is long: to be crossed sideways.

@@ -1,6 +1,7 @@
 """The ground below a swing, from what is known of it: how high the foot has to be where."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -31,14 +32,17 @@ class KnownGround:
 
     def profile(self, p0, p1, foot_radius: float) -> np.ndarray:
         """``ground_profile`` of a way."""
+        centers, extents = self._outlines
         middle = 0.5 * (np.asarray(p0) + np.asarray(p1))
         reach = 0.5 * float(np.hypot(p1[0] - p0[0], p1[1] - p0[1])) + foot_radius
-        near = []
-        for region in self.regions:
-            x, y = region.X_WR[0, 3] - middle[0], region.X_WR[1, 3] - middle[1]
-            if np.hypot(x, y) < reach + np.hypot(*region.boundary.T).max():
-                near.append(region)
-        return ground_profile(p0, p1, near, foot_radius, self.heights)
+        near = np.flatnonzero(np.hypot(*(centers - middle[:2]).T) < reach + extents)
+        return ground_profile(p0, p1, [self.regions[k] for k in near], foot_radius, self.heights)
+
+    @cached_property
+    def _outlines(self) -> tuple[np.ndarray, np.ndarray]:
+        """Centres x, y (n, 2) and radii (n,) of circles around the regions [m]."""
+        centers = np.array([region.X_WR[:2, 3] for region in self.regions]).reshape(-1, 2)
+        return centers, np.array([np.hypot(*region.boundary.T).max() for region in self.regions])
 
 
 def ground_profile(p0, p1, regions=(), foot_radius: float = 0.0, heights: GroundHeights | None = None) -> np.ndarray:
@@ -55,11 +59,13 @@ def ground_profile(p0, p1, regions=(), foot_radius: float = 0.0, heights: Ground
         heights: of the ground around the way; None: unknown.
     """
     p0, p1 = np.array(p0, dtype=float), np.array(p1, dtype=float)
-    profile = np.full(SAMPLES, -np.inf)
-    for region in regions:
-        _raise_over(*_outline(region), foot_radius, p0, p1, profile)
+    profile, is_known = np.full(SAMPLES, -np.inf), np.zeros(SAMPLES, dtype=bool)
     if heights is not None and heights.height.size:
-        _take_heights(np.array(heights.corner, float), float(heights.cell), heights.height, foot_radius, p0, p1, profile)
+        corner, cell = np.array(heights.corner, float), float(heights.cell)
+        _take_heights(corner, cell, heights.height, foot_radius, p0, p1, profile, is_known)
+    if not is_known.all():
+        for region in regions:
+            _raise_over(*_outline(region), foot_radius, p0, p1, profile, is_known)
     known = len(regions) > 0 or heights is not None
     _complete(p0[2], p1[2], known, profile)
     return profile
@@ -96,10 +102,13 @@ def _halfspaces(boundary, pose):
 
 
 @njit(cache=True)
-def _raise_over(boundary, pose, foot_radius, p0, p1, profile):
-    """Raises the profile to the height of a foot centre on the region's plane, where the way leads over the region."""
+def _raise_over(boundary, pose, foot_radius, p0, p1, profile, is_known):
+    """Raises the profile to the height of a foot centre on the region's plane, where the way leads over the region and
+    the ground is not known better."""
     normals, offsets = _halfspaces(boundary, pose)
     for k in range(len(profile)):
+        if is_known[k]:
+            continue
         x, y = p0[0] + _PARTS[k] * (p1[0] - p0[0]), p0[1] + _PARTS[k] * (p1[1] - p0[1])
         drop = (x - pose[0, 3]) * pose[0, 2] + (y - pose[1, 3]) * pose[1, 2]
         height = pose[2, 3] + (foot_radius - drop) / pose[2, 2]
@@ -112,8 +121,8 @@ def _raise_over(boundary, pose, foot_radius, p0, p1, profile):
 
 
 @njit(cache=True)
-def _take_heights(corner, cell, heights, foot_radius, p0, p1, profile):
-    """Puts the height of a foot centre on the map in place of the profile, where the way leads over known ground."""
+def _take_heights(corner, cell, heights, foot_radius, p0, p1, profile, is_known):
+    """Writes the height of a foot centre on the map into the profile, and where the way leads over known ground."""
     radius = foot_radius + _ASIDE
     reach = int(np.ceil(radius / cell))
     for k in range(len(profile)):
@@ -129,10 +138,8 @@ def _take_heights(corner, cell, heights, foot_radius, p0, p1, profile):
                 if squared > 0.0 and np.isfinite(heights[i, j]):
                     highest = max(highest, heights[i, j] + np.sqrt(squared) - _ASIDE)
         inside = 0 <= i0 < heights.shape[0] and 0 <= j0 < heights.shape[1]
-        if inside and np.isfinite(heights[i0, j0]):
-            profile[k] = highest
-        else:
-            profile[k] = max(profile[k], highest)
+        profile[k] = highest
+        is_known[k] = inside and np.isfinite(heights[i0, j0])
 
 
 @njit(cache=True)

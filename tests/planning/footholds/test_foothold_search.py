@@ -45,10 +45,10 @@ WORLDS = {
 }
 
 
-def plan_once(regions, goal, config=None, state=None, robot=ROBOT, refused=None):
+def plan_once(regions, goal, config=None, state=None, robot=ROBOT, refused=None, **more):
     state = worlds.standing_state(robot) if state is None else state
     path = search_torso_path(state.p_WB, state.rpy_WB[2], regions, goal, robot, TorsoConfig(), request_id=7)
-    return search_footholds(state, regions, path, robot, config or FootholdConfig(), refused)
+    return search_footholds(state, regions, path, robot, config or FootholdConfig(), refused, **more)
 
 
 def assert_valid(plan, config, robot=ROBOT):
@@ -266,3 +266,33 @@ def test_a_swing_is_refused_for_these_legs_from_this_stance_only():
     np.testing.assert_array_equal(are_refused((swing,), (Leg.LF,), start + 0.005, ends), [True, True, False])
     assert not are_refused((swing,), (Leg.RF,), start, ends).any()
     assert not are_refused((swing,), (Leg.LF,), start + 0.05, ends).any()
+
+
+def test_feet_that_would_hit_something_on_their_way_go_another_one():
+    """Here: no foot gets over the line x = 0.62 m from the 12 cm before it, where it would often step otherwise."""
+    regions, goal, asked = WORLDS["flat"][0], (1.4, 0.0), []
+
+    def is_stuck(start, end):
+        return 0.50 < start[0] < 0.62 < end[0]
+
+    def clears(duration, start, end):
+        asked.append((*start[0], *end[0]))
+        return not is_stuck(start[0], end[0])
+
+    def stuck_swings(plan):
+        steps = zip(plan.swing_legs, plan.stances[:-1], plan.stances[1:], strict=True)
+        return sum(is_stuck(a.footholds[leg], b.footholds[leg]) for legs, a, b in steps for leg in legs)
+
+    free, plan = plan_once(regions, goal), plan_once(regions, goal, clears=clears)
+    assert stuck_swings(free) > 0, "the test needs a line that is in the way"
+    assert plan.success and stuck_swings(plan) == 0
+    assert len(asked) < 40 * plan.expansions, "few swings are looked at"
+    assert abs(plan.stances[-1].p_WB[0] - free.stances[-1].p_WB[0]) < 0.1, "the plan leads as far"
+
+
+def test_nothing_leads_over_a_wall():
+    def clears(duration, start, end):
+        return end[0][0] < 0.62
+
+    plan = plan_once(*WORLDS["flat"], clears=clears)
+    assert all((stance.footholds[:, 0] < 0.62).all() for stance in plan.stances)
