@@ -62,7 +62,7 @@ class MonitorConfig(StageConfig):
     """A reference is completed when the base is this close to its last position [m] and its time is over."""
     completion_timeout: float = ranged(1.0, 0.0, 1000.0)
     """... or this long after its time is over [s], wherever the base is."""
-    replaced_swings: int = ranged(1, 0, 20)
+    replaced_swings: int = ranged(2, 0, 20)
     """The next plan is made while the robot walks, and takes the place of this many last swings of the present one."""
     lead_time: float = ranged(0.9, 0.0, 100.0)
     """How long before the next plan begins it is asked for [s]; more after one that came too late. 0: the robot stands

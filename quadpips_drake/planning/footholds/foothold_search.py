@@ -30,6 +30,8 @@ from quadpips_drake.values.robot_state import RobotState
 
 _STUCK_WAY = 0.3
 """How much longer the way to go is taken to be for each foot that does not get over what it stands beside [m]."""
+_WORTH_OF_ARRIVAL = 0.2
+"""A plan that ends at its waypoint is worth as much as one that leads so much further, and ends where it may [m]."""
 _CELL = 0.02
 """Footholds of the same leg in the same cell of this size [m] count as one in the identity of a node."""
 
@@ -215,11 +217,12 @@ class _Search:
         """A plan ends at the waypoint, or, if that is further than its steps lead, somewhere nearer to it."""
         if node.depth == 0:
             return False
-        if self._progress(node) < min(self._config.min_progress, 0.5 * self.nodes[0].to_go):
+        if self.progress(node) < min(self._config.min_progress, 0.5 * self.nodes[0].to_go):
             return False
         return self._is_at_waypoint(node) or node.depth == self._config.max_steps
 
-    def _progress(self, node: SearchNode) -> float:
+    def progress(self, node: SearchNode) -> float:
+        """How much nearer to the waypoint than at the start a node is, along the path [m]."""
         return self.nodes[0].to_go - node.to_go
 
     def _is_at_waypoint(self, node: SearchNode) -> bool:
@@ -234,7 +237,7 @@ class _Search:
     def _best_effort(self, result: SearchResult, reason: str) -> SearchResult:
         """Ends a search that did not arrive: with the stance that is best to wait in, among those with some progress."""
         result.reason = reason
-        candidates = [k for k, node in enumerate(self.nodes) if self._progress(node) >= self._config.min_progress]
+        candidates = [k for k, node in enumerate(self.nodes) if self.progress(node) >= self._config.min_progress]
         candidates.sort(key=lambda k: self._rate * self.nodes[k].to_go + self._final_cost(self.nodes[k]))
         result.node = next((k for k in candidates if self._can_be_swung_to(k, result)), -1)
         return result
@@ -306,9 +309,15 @@ def _attempt(
             break
     expansions = sum(result.expansions for _, result in attempts)
     late = any(result.time_limit_hit for _, result in attempts)
-    arrived = [attempt for attempt in attempts if not attempt[1].reason]
-    partial = [attempt for attempt in attempts if attempt[1].node >= 0]
-    return _Attempt(gait, waypoint, *(arrived + partial + attempts)[0], expansions, late)
+    best = max(attempts, key=lambda attempt: _worth(*attempt))
+    return _Attempt(gait, waypoint, *best, expansions, late)
+
+
+def _worth(search: _Search, result: SearchResult) -> float:
+    """How far a search led [m]; one that arrived, if only at a nearer waypoint, ends in a better stance to wait in."""
+    if result.node < 0:
+        return -np.inf
+    return search.progress(search.nodes[result.node]) + (0.0 if result.reason else _WORTH_OF_ARRIVAL)
 
 
 def _need_of_care(attempt: _Attempt, config: FootholdConfig) -> str:
