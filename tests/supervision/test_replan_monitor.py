@@ -18,7 +18,7 @@ from quadpips_drake.values.status import SafetyStatus, StageStatus
 from tests.planning import worlds
 
 ROBOT = load_robot("anymal_c")
-CONFIG = MonitorConfig()
+CONFIG = MonitorConfig(replaced_swings=1)
 GOAL = np.array([2.0, 0.0])
 REST = worlds.standing_state(ROBOT)
 STANCE = Stance(np.zeros((4, 3)), np.zeros((4, 3)), (), np.zeros(3), np.zeros(3))
@@ -272,6 +272,14 @@ def test_no_plan_is_made_ahead_at_the_goal_or_when_it_is_not_wanted(changes):
     assert next_start(now.reference, now, config, config.lead_time) is None
     elsewhere = replace(now, goal=np.array([5.0, 0.0]), time=2.0)
     assert next_start(elsewhere.reference, elsewhere, CONFIG, CONFIG.lead_time).time == pytest.approx(3.5)
+
+
+@pytest.mark.parametrize(("replaced", "begin"), [(0, 4.05), (1, 3.5), (2, 3.0), (5, 2.5)])
+def test_how_many_swings_are_replaced(replaced, begin):
+    """Of eight, 4.05 s long, with 0.9 s of lead time from 1.6 s on."""
+    config = replace(CONFIG, replaced_swings=replaced)
+    now = Situation(1.6, REST, trot(1, 0.0, 8, 1.0), FootholdPlan(0.0, 0), StageStatus(0.0, 0, True), GOAL)
+    assert next_start(now.reference, now, config, config.lead_time).time == pytest.approx(begin, abs=0.06)
 
 
 def problem(before, kind="foothold_lost", key=1):

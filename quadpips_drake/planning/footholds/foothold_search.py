@@ -31,7 +31,7 @@ from quadpips_drake.values.robot_state import RobotState
 _STUCK_WAY = 0.3
 """How much longer the way to go is taken to be for each foot that does not get over what it stands beside [m]."""
 _WORTH_OF_ARRIVAL = 0.2
-"""A plan that ends at its waypoint is worth as much as one that leads so much further, and ends where it may [m]."""
+"""A plan that ends at its waypoint is worth as much as one that leads so much further [m]."""
 _CELL = 0.02
 """Footholds of the same leg in the same cell of this size [m] count as one in the identity of a node."""
 
@@ -307,10 +307,8 @@ def _attempt(
         attempts.append((search, result))
         if not result.reason:
             break
-    expansions = sum(result.expansions for _, result in attempts)
-    late = any(result.time_limit_hit for _, result in attempts)
-    best = max(attempts, key=lambda attempt: _worth(*attempt))
-    return _Attempt(gait, waypoint, *best, expansions, late)
+    expansions, late = (sum(getattr(r, key) for _, r in attempts) for key in ("expansions", "time_limit_hit"))
+    return _Attempt(gait, waypoint, *max(attempts, key=lambda attempt: _worth(*attempt)), expansions, bool(late))
 
 
 def _worth(search: _Search, result: SearchResult) -> float:
