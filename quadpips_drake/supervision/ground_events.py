@@ -5,6 +5,7 @@ but in no region that may carry a foot any more. A swing is blocked by ground ab
 of the torso by ground that reaches up to its belly. Each has to be so in several region sets in a row.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
@@ -104,17 +105,33 @@ class Places:
         self._regions = [r for r in regions.regions if r.label in (Steppability.UNKNOWN, Steppability.STEPPABLE)]
         self._poses = np.array([region.X_WR for region in self._regions]).reshape(-1, 4, 4)
 
-    def hold(self, point: np.ndarray, tolerance: float) -> bool:
-        """Whether a region contains ``point`` (3,) in W, or is ``tolerance`` [m] away from it at most."""
-        away = point - self._poses[:, :3, 3]
-        level = np.flatnonzero(np.abs((away * self._poses[:, :3, 2]).sum(axis=1)) <= tolerance + _ROUNDING)
-        distances = np.einsum("ni,ni->n", away[level], away[level])
-        for k in level[np.argsort(distances, kind="stable")]:  # the nearest one mostly does
+    def hold(self, points: np.ndarray, tolerance: float) -> np.ndarray:
+        """Which ``points`` (n, 3) in W a region contains, or is ``tolerance`` [m] away from at most, bool (n,)."""
+        if not self._regions:
+            return np.zeros(len(points), dtype=bool)
+        away = points[:, None] - self._poses[:, :3, 3]
+        distances = np.einsum("nki,nki->nk", away, away)
+        height = np.einsum("nki,ki->nk", away, self._poses[:, :3, 2])
+        distances[np.abs(height) > tolerance + _ROUNDING] = np.inf
+        return np.array([self._holds(*pair, tolerance) for pair in zip(away, distances, strict=True)])
+
+    def _holds(self, away: np.ndarray, distances: np.ndarray, tolerance: float) -> bool:
+        """Args: from the regions' origins to a point, (k, 3), and how far that is; inf for regions that do not come near."""
+        for k in _nearest_first(distances):
             region = self._regions[k]
             local = away[k] @ region.X_WR[:3, :3]
             if abs(local[2]) <= tolerance and in_convex_polygon(local[:2], region.boundary, tolerance):
                 return True
         return False
+
+
+def _nearest_first(distances: np.ndarray) -> Iterator[int]:
+    """Indices of all finite ``distances`` (k,) in their order; the first, which is mostly enough, without sorting."""
+    nearest = int(distances.argmin())
+    if np.isfinite(distances[nearest]):
+        yield nearest
+        others = np.argsort(distances, kind="stable")
+        yield from (int(k) for k in others[np.isfinite(distances[others])] if k != nearest)
 
 
 @cache
@@ -210,7 +227,7 @@ def lost_footholds(
     around = _disc(round(radius + _BESIDE, 6), ground.cell)
     risen = _heights_around(ground, points, around) - np.fmax(_heights_around(before, points, around), points[:, 2:])
     touched = (risen > config.height_change).mean(axis=1) > _TOUCHED
-    verdicts = []
+    held, verdicts = places.hold(points, config.region_tolerance), []
     for k, foothold in enumerate(footholds):
         words = ""
         if number[k] >= _SEEN * len(disc):
@@ -219,7 +236,7 @@ def lost_footholds(
                 words = f"the ground is {abs(changes[k]):.2f} m {'higher' if changes[k] > 0 else 'lower'} than planned"
             elif touched[k]:
                 words = f"the ground beside it has risen by {np.nanmax(risen[k]):.2f} m"
-            elif was_seen and not places.hold(points[k], config.region_tolerance):
+            elif was_seen and not held[k]:
                 words = "in no region any more"
         verdicts.append(words)
     return verdicts
