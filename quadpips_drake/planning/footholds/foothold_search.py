@@ -44,6 +44,8 @@ class _Node:
     to_go: float
     parent: int
     depth: int
+    family: tuple
+    """Identity of the family; see ``_Search._families``."""
 
 
 @dataclass
@@ -73,6 +75,7 @@ class _Search:
         refused: RefusedSwings,
     ):
         self._phases = [np.array(phase, dtype=np.int64) for phase in gait.phases]
+        self._standing = [[leg for leg in range(4) if leg not in phase] for phase in gait.phases]
         self._config = config
         self._model = model
         self._table = table
@@ -93,7 +96,8 @@ class _Search:
         p_WB, rpy_WB = base_pose_above(feet, self._model.base_height, self._model.max_tilt)
         to_go = self._way_to_go(p_WB, rpy_WB)
         for phase in range(len(self._phases) if self._config.any_first_phase else 1):
-            self._push(_Node(phase, feet, normals, regions, p_WB, rpy_WB, 0.0, to_go, -1, 0))
+            (family,) = self._families(phase, feet[None], regions[None])
+            self._push(_Node(phase, feet, normals, regions, p_WB, rpy_WB, 0.0, to_go, -1, 0, family))
         result = _Result()
         while self._open:
             _, _, _, index, terminal = heapq.heappop(self._open)
@@ -101,7 +105,7 @@ class _Search:
             if terminal:
                 result.node, result.complete = index, self._is_at_waypoint(node)
                 return result
-            if node.cost > self._best_cost[self._family(node)] or node.depth == self._config.max_steps:
+            if node.cost > self._best_cost[node.family] or node.depth == self._config.max_steps:
                 continue
             if result.expansions >= self._config.max_expansions:
                 bound = f"the bound of {self._config.max_expansions} expansions was reached"
@@ -140,20 +144,18 @@ class _Search:
             promise[are_refused(self._refused.swings, self.swing_legs(node), node.feet, feet)] = np.inf
         if self._things:
             promise[lead_over(self._things, self.swing_legs(node), node.feet, feet)] = np.inf
-        for k in np.argsort(promise, kind="stable")[: self._config.max_children]:
-            if not np.isfinite(promise[k]):
-                break
-            cost = node.cost + costs[k]
-            self._push(
-                _Node(following, feet[k], normals[k], regions[k], p_WB[k], rpy[k], cost, ways[k], index, node.depth + 1)
-            )
+        best = np.argsort(promise, kind="stable")[: self._config.max_children]
+        best = best[np.isfinite(promise[best])]
+        families = self._families(following, feet[best], regions[best])
+        children = zip(best.tolist(), families, (node.cost + costs[best]).tolist(), ways[best].tolist(), strict=True)
+        for k, family, cost, way in children:
+            if cost < self._best_cost.get(family, np.inf):
+                parts = feet[k], normals[k], regions[k], p_WB[k], rpy[k]
+                self._push(_Node(following, *parts, cost, way, index, node.depth + 1, family))
 
     def _push(self, node: _Node):
-        """Queues a node unless a way at least as cheap to its family is known; and the end of the plan, if it may be one."""
-        family = self._family(node)
-        if node.cost >= self._best_cost.get(family, np.inf):
-            return
-        self._best_cost[family] = node.cost
+        """Queues the cheapest node of its family so far; and the end of the plan, if it may be one."""
+        self._best_cost[node.family] = node.cost
         self.nodes.append(node)
         index = len(self.nodes) - 1
         estimate = node.cost + self._config.heuristic_inflation * self._rate * node.to_go
@@ -166,12 +168,15 @@ class _Search:
         self._pushed += 1
         heapq.heappush(self._open, (estimate, -depth, self._pushed, index, terminal))
 
-    def _family(self, node: _Node) -> tuple:
-        """Identity of the contact-mode family: the phase, and region and place of each leg that stays down in it."""
-        swinging = set(self._phases[node.phase].tolist())
-        standing = [leg for leg in range(4) if leg not in swinging]
-        cells = np.floor(node.feet[standing] / _CELL).astype(np.int64)
-        return (node.phase, *node.regions[standing].tolist(), *cells.ravel().tolist())
+    def _families(self, phase: int, feet: np.ndarray, regions: np.ndarray) -> list[tuple]:
+        """Identities of the families of stances, feet (k, 4, 3) and regions (k, 4), before a ``phase``.
+
+        The phase, and region and place of each leg that stays down in it.
+        """
+        standing = self._standing[phase]
+        cells = np.floor(feet[:, standing] / _CELL).astype(np.int64)
+        identities = np.concatenate((regions[:, standing], cells.reshape(len(feet), 3 * len(standing))), axis=1)
+        return [(phase, *identity) for identity in identities.tolist()]
 
     def _final_cost(self, node: _Node) -> float:
         deviation = stance_deviation(node.feet, node.p_WB, node.rpy_WB[2], self._model.nominal, 0.0)
