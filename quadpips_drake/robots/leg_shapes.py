@@ -83,12 +83,10 @@ def place_capsules(leg, x, y, z, chains, shapes, out):
     below = -np.sqrt(max(y * y + z * z - lateral * lateral, 0.0))
     q0 = np.arctan2(z, y) - np.arctan2(below, lateral)
     px, pz = x - haa[0] - thigh[0], below - thigh[2]
-    l1, l2 = np.hypot(knee[0], knee[2]), np.hypot(foot[0], foot[2])
+    links = chains.links[leg]
+    l1, l2, zero1, zero2 = links[0], links[1], links[2], links[3]
     cosine = (px * px + pz * pz - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
-    zero1, zero2 = np.arctan2(knee[0], knee[2]), np.arctan2(foot[0], foot[2])
-    bend = np.arccos(min(1.0, max(-1.0, cosine)))
-    if np.sin(chains.nominal[leg, 2] + zero2 - zero1) < 0.0:
-        bend = -bend
+    bend = links[4] * np.arccos(min(1.0, max(-1.0, cosine)))
     q1 = np.arctan2(px, pz) - zero1 - np.arctan2(l2 * np.sin(bend), l1 + l2 * np.cos(bend))
     q2 = bend + zero1 - zero2
     c0, s0 = np.cos(q0), np.sin(q0)

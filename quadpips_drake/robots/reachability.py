@@ -21,8 +21,9 @@ class LegChains(NamedTuple):
     lower: np.ndarray
     """Joint limits [rad], (4, 3)."""
     upper: np.ndarray
-    nominal: np.ndarray
-    """Nominal joint angles [rad], (4, 3)."""
+    links: np.ndarray
+    """Of thigh and shank in the leg's plane: their lengths [m], how far they point from +z towards +x at zero [rad], and
+    -1 or 1 for the side to which the knee bends in the nominal stance, (4, 5)."""
 
 
 def leg_chains(robot) -> LegChains:
@@ -30,11 +31,16 @@ def leg_chains(robot) -> LegChains:
     shape = (NUM_LEGS, JOINTS_PER_LEG)
     joint_offsets = np.asarray(robot.tree.joint_offset, dtype=float).reshape(*shape, 3)
     feet = np.asarray(robot.tree.foot_offset, dtype=float).reshape(NUM_LEGS, 1, 3)
+    knee, foot = joint_offsets[:, 2], feet[:, 0]
+    zeros = np.arctan2(knee[:, 0], knee[:, 2]), np.arctan2(foot[:, 0], foot[:, 2])
+    nominal = np.array(robot.nominal_joints, dtype=float).reshape(shape)
+    side = np.where(np.sin(nominal[:, 2] + zeros[1] - zeros[0]) < 0.0, -1.0, 1.0)
+    lengths = np.hypot(knee[:, 0], knee[:, 2]), np.hypot(foot[:, 0], foot[:, 2])
     return LegChains(
         offsets=np.concatenate([joint_offsets, feet], axis=1),
         lower=np.array(robot.position_limits_lower, dtype=float).reshape(shape),
         upper=np.array(robot.position_limits_upper, dtype=float).reshape(shape),
-        nominal=np.array(robot.nominal_joints, dtype=float).reshape(shape),
+        links=np.column_stack((*lengths, *zeros, side)),
     )
 
 
@@ -75,13 +81,11 @@ def in_leg_workspace(leg, x, y, z, chains, max_extension):
 
     # In the leg's plane: two links. Directions are measured from +z towards +x, so that a rotation about y adds to them.
     x, z = x - haa[0] - thigh[0], below - thigh[2]
-    l1, l2, reach = np.hypot(knee[0], knee[2]), np.hypot(foot[0], foot[2]), np.hypot(x, z)
+    links, reach = chains.links[leg], np.hypot(x, z)
+    l1, l2, zero1, zero2 = links[0], links[1], links[2], links[3]
     if reach > max_extension * (l1 + l2) or reach < abs(l1 - l2):
         return False
-    zero1, zero2 = np.arctan2(knee[0], knee[2]), np.arctan2(foot[0], foot[2])
-    bend = np.arccos((reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2))
-    if np.sin(chains.nominal[leg, 2] + zero2 - zero1) < 0.0:
-        bend = -bend
+    bend = links[4] * np.arccos((reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2))
     if not _within(bend + zero1 - zero2, chains.lower[leg, 2], chains.upper[leg, 2]):
         return False
     hip = np.arctan2(x, z) - zero1 - np.arctan2(l2 * np.sin(bend), l1 + l2 * np.cos(bend))

@@ -5,6 +5,7 @@ but in no region that may carry a foot any more. A swing is blocked by ground ab
 of the torso by ground that reaches up to its belly. Each has to be so in several region sets in a row.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
@@ -12,14 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from quadpips_drake.configuration.schema import configuration, ranged
-from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.robot_shapes import load_robot_shapes
-from quadpips_drake.trajectory.swing.ground_profile import SAMPLES, KnownGround
+from quadpips_drake.trajectory.swing.ground_profile import SAMPLES, ground_profile
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
-from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
 from quadpips_drake.values.regions import GroundHeights, RegionSet
 from quadpips_drake.values.steppability import Steppability
 
@@ -38,6 +38,10 @@ _AROUND = 0.6
 """So far around a place it is looked for what has appeared there [m]."""
 _BODY_POINTS = 2
 """So many of them must be too high: one alone may be noise."""
+_PARTS = np.linspace(0.0, 1.0, SAMPLES)
+"""Of the way of a swing, where its profile has samples [1]."""
+_ROUNDING = 1e-9
+"""Distances that are computed in two ways differ by less [m]."""
 
 
 @configuration
@@ -99,16 +103,35 @@ class Places:
 
     def __init__(self, regions: RegionSet):
         self._regions = [r for r in regions.regions if r.label in (Steppability.UNKNOWN, Steppability.STEPPABLE)]
-        self._origins = np.array([region.X_WR[:3, 3] for region in self._regions]).reshape(-1, 3)
+        self._poses = np.array([region.X_WR for region in self._regions]).reshape(-1, 4, 4)
 
-    def hold(self, point: np.ndarray, tolerance: float) -> bool:
-        """Whether a region contains ``point`` (3,) in W, or is ``tolerance`` [m] away from it at most."""
-        for k in np.argsort(np.linalg.norm(self._origins - point, axis=1), kind="stable"):  # the nearest one mostly does
+    def hold(self, points: np.ndarray, tolerance: float) -> np.ndarray:
+        """Which ``points`` (n, 3) in W a region contains, or is ``tolerance`` [m] away from at most, bool (n,)."""
+        if not self._regions:
+            return np.zeros(len(points), dtype=bool)
+        away = points[:, None] - self._poses[:, :3, 3]
+        distances = np.einsum("nki,nki->nk", away, away)
+        height = np.einsum("nki,ki->nk", away, self._poses[:, :3, 2])
+        distances[np.abs(height) > tolerance + _ROUNDING] = np.inf
+        return np.array([self._holds(*pair, tolerance) for pair in zip(away, distances, strict=True)])
+
+    def _holds(self, away: np.ndarray, distances: np.ndarray, tolerance: float) -> bool:
+        """Args: from the regions' origins to a point, (k, 3), and how far that is; inf for regions that do not come near."""
+        for k in _nearest_first(distances):
             region = self._regions[k]
-            local = (point - self._origins[k]) @ region.X_WR[:3, :3]
+            local = away[k] @ region.X_WR[:3, :3]
             if abs(local[2]) <= tolerance and in_convex_polygon(local[:2], region.boundary, tolerance):
                 return True
         return False
+
+
+def _nearest_first(distances: np.ndarray) -> Iterator[int]:
+    """Indices of all finite ``distances`` (k,) in their order; the first, which is mostly enough, without sorting."""
+    nearest = int(distances.argmin())
+    if np.isfinite(distances[nearest]):
+        yield nearest
+        others = np.argsort(distances, kind="stable")
+        yield from (int(k) for k in others[np.isfinite(distances[others])] if k != nearest)
 
 
 @cache
@@ -154,18 +177,23 @@ def find_problems(
         extent: of the robot.
         config: what counts.
     """
-    problems, starts, places = [], {}, Places(regions)
+    coming, starts, last = [], [], {}
     for foothold in reference.footholds:
-        start, starts[foothold.leg] = starts.get(foothold.leg, feet[foothold.leg]), foothold.position
-        if foothold.liftoff_time <= time:
+        if foothold.liftoff_time > time:
+            coming.append(foothold)
+            starts.append(last.get(foothold.leg, feet[foothold.leg]))
+        last[foothold.leg] = foothold.position
+    lost = lost_footholds(coming, Places(regions), ground, before, extent.foot_radius, config)
+    risen = obstacles_on_swings(starts, coming, ground, extent.foot_radius, config)
+    problems = []
+    for foothold, words, height in zip(coming, lost, risen, strict=True):
+        if not words and height is None:
             continue
         place = (int(foothold.leg), round(foothold.touchdown_time, 3))
         lift, target = foothold.liftoff_time, (float(foothold.position[0]), float(foothold.position[1]))
         where = f"{foothold.leg.name} at ({target[0]:.2f}, {target[1]:.2f})"
-        words = foothold_problem(foothold, places, ground, before, extent.foot_radius, config)
         if words:
             problems.append(Problem(FOOTHOLD_LOST, (FOOTHOLD_LOST, *place), lift, f"{where}: {words}", target))
-        height = obstacle_on_swing(start, foothold, ground, extent.foot_radius, config)
         if height is not None:
             words = f"{where}: ground {height:.2f} m higher than the swing"
             problems.append(Problem(SWING_BLOCKED, (SWING_BLOCKED, *place), lift, words, target))
@@ -176,41 +204,63 @@ def find_problems(
     return problems
 
 
-def foothold_problem(
-    foothold, regions: Places, ground: GroundHeights, before: GroundHeights, radius: float, config: GroundEventConfig
-) -> str:
-    """Says why a foot of ``radius`` [m] cannot come down on a FootholdTarget as planned; empty if it can."""
-    point = foothold.position - radius * foothold.normal
-    offsets = _disc(radius, ground.cell)
-    heights = ground.at(*(point[:2] + offsets).T)
-    known = np.isfinite(heights)
-    if known.sum() < _SEEN * len(heights):
-        return ""
-    above = heights - (point[2] - offsets @ foothold.normal[:2] / foothold.normal[2])
-    change = float(np.median(above[known]))
-    if abs(change) > config.height_change:
-        return f"the ground is {abs(change):.2f} m {'higher' if change > 0 else 'lower'} than planned"
-    around = point[:2] + _disc(round(radius + _BESIDE, 6), ground.cell)
-    risen = ground.at(*around.T) - np.fmax(before.at(*around.T), point[2])
-    if (risen > config.height_change).mean() > _TOUCHED:
-        return f"the ground beside it has risen by {np.nanmax(risen):.2f} m"
-    was_seen = foothold.region is not None and foothold.region.id >= 0
-    if was_seen and not regions.hold(point, config.region_tolerance):
-        return "in no region any more"
-    return ""
+def lost_footholds(
+    footholds: list[FootholdTarget],
+    places: Places,
+    ground: GroundHeights,
+    before: GroundHeights,
+    radius: float,
+    config: GroundEventConfig,
+) -> list[str]:
+    """Says of each FootholdTarget why a foot of ``radius`` [m] cannot come down as planned; empty where it can."""
+    if not footholds:
+        return []
+    normals = np.array([foothold.normal for foothold in footholds])
+    points = np.array([foothold.position for foothold in footholds]) - radius * normals
+    disc = _disc(radius, ground.cell)
+    heights = _heights_around(ground, points, disc)
+    number = np.isfinite(heights).sum(axis=1)
+    slopes = normals[:, :1] * disc[:, 0] + normals[:, 1:2] * disc[:, 1]
+    above = np.sort(heights - (points[:, 2:] - slopes / normals[:, 2:]), axis=1)  # what is unknown comes last
+    middle = np.maximum(np.stack(((number - 1) // 2, number // 2), axis=1), 0)
+    changes = np.take_along_axis(above, middle, axis=1).mean(axis=1)  # medians of what is known
+    around = _disc(round(radius + _BESIDE, 6), ground.cell)
+    risen = _heights_around(ground, points, around) - np.fmax(_heights_around(before, points, around), points[:, 2:])
+    touched = (risen > config.height_change).mean(axis=1) > _TOUCHED
+    held, verdicts = places.hold(points, config.region_tolerance), []
+    for k, foothold in enumerate(footholds):
+        words = ""
+        if number[k] >= _SEEN * len(disc):
+            was_seen = foothold.region is not None and foothold.region.id >= 0
+            if abs(changes[k]) > config.height_change:
+                words = f"the ground is {abs(changes[k]):.2f} m {'higher' if changes[k] > 0 else 'lower'} than planned"
+            elif touched[k]:
+                words = f"the ground beside it has risen by {np.nanmax(risen[k]):.2f} m"
+            elif was_seen and not held[k]:
+                words = "in no region any more"
+        verdicts.append(words)
+    return verdicts
 
 
-def obstacle_on_swing(
-    start: np.ndarray, foothold, ground: GroundHeights, radius: float, config: GroundEventConfig
-) -> float | None:
-    """By how much ground on the way of a swing is higher than all that it was planned to clear [m]; None if it is not."""
-    if foothold.profile is None or len(foothold.profile) != SAMPLES or not ground.height.size:
-        return None
-    parts = np.linspace(0.0, 1.0, SAMPLES)
-    straight = start[2] + parts * (foothold.position[2] - start[2]) + foothold.apex_height
-    now = KnownGround((), ground).profile(start, foothold.position, radius)
-    excess = float((now - np.maximum(foothold.profile, straight))[_ENDS:-_ENDS].max())
-    return excess if excess > config.height_change else None
+def obstacles_on_swings(
+    starts: list[np.ndarray],
+    footholds: list[FootholdTarget],
+    ground: GroundHeights,
+    radius: float,
+    config: GroundEventConfig,
+) -> list[float | None]:
+    """By how much ground on the way of each swing is higher than all that it was planned to clear [m]; None: it is not."""
+    found: list[float | None] = []
+    for start, foothold in zip(starts, footholds, strict=True):
+        found.append(None)
+        if foothold.profile is None or len(foothold.profile) != SAMPLES or not ground.height.size:
+            continue
+        straight = start[2] + _PARTS * (foothold.position[2] - start[2]) + foothold.apex_height
+        now = ground_profile(start, foothold.position, (), radius, ground)
+        excess = float((now - np.maximum(foothold.profile, straight))[_ENDS:-_ENDS].max())
+        if excess > config.height_change:
+            found[-1] = excess
+    return found
 
 
 def obstacle_on_way(
@@ -226,10 +276,9 @@ def obstacle_on_way(
     step = max(1, round(_WAY_STEP / max(float(np.diff(reference.times).mean()), 1e-6))) if len(reference.times) > 1 else 1
     states = reference.states[ahead[::step]]
     base, yaw = states[:, CentroidalState.POSITION], states[:, CentroidalState.YAW]
-    points = [
-        p[:2] + (_BODY_GRID * extent.half_body) @ yaw_matrix(turn)[:2, :2].T for p, turn in zip(base, yaw, strict=True)
-    ]
-    heights = ground.at(*np.concatenate(points).T).reshape(len(base), -1)
+    body, c, s = _BODY_GRID * extent.half_body, np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+    x, y = c * body[:, 0] - s * body[:, 1] + base[:, :1], s * body[:, 0] + c * body[:, 1] + base[:, 1:2]
+    heights = ground.at(x.ravel(), y.ravel()).reshape(x.shape)
     limit = base[:, 2] - extent.belly - config.body_clearance
     blocked = (heights > limit[:, None]).sum(axis=1) >= _BODY_POINTS
     if blocked[0] or not blocked.any():
@@ -241,6 +290,12 @@ def appeared_ground(before: GroundHeights, now: GroundHeights, place: tuple[floa
     """Points (n, 3) [m] of the map ``now`` around a ``place`` that are more than ``rise`` [m] higher than ``before``."""
     points = now.points_around(np.array(place), _AROUND)
     return points[points[:, 2] - before.at(*points[:, :2].T) > rise]
+
+
+def _heights_around(ground: GroundHeights, points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Heights [m] at ``offsets`` (d, 2) from the ``points`` (n, 3), (n, d); NaN where unknown."""
+    places = points[:, None, :2] + offsets
+    return ground.at(*places.reshape(-1, 2).T).reshape(places.shape[:2])
 
 
 @cache

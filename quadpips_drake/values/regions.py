@@ -68,10 +68,11 @@ class GroundHeights(ImmutableValue):
 
     def at(self, x, y) -> np.ndarray:
         """Heights [m] of the cells with the points x, y (n,) [m], (n,); NaN where unknown."""
-        cells = np.floor((np.column_stack((x, y)) - self.corner) / self.cell).astype(int)
-        inside = ((cells >= 0) & (cells < self.height.shape)).all(axis=1)
-        found = np.full(len(cells), np.nan)
-        found[inside] = self.height[tuple(cells[inside].T)]
+        i = np.floor((x - self.corner[0]) / self.cell).astype(int)
+        j = np.floor((y - self.corner[1]) / self.cell).astype(int)
+        inside = (i >= 0) & (i < self.height.shape[0]) & (j >= 0) & (j < self.height.shape[1])
+        found = np.full(len(i), np.nan)
+        found[inside] = self.height[i[inside], j[inside]]
         return found
 
     def points_around(self, xy: np.ndarray, radius: float) -> np.ndarray:

@@ -10,6 +10,7 @@ from quadpips_drake.cli.run import resolve_trial_config
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.trials.trial import Trial, TrialConfig, run_trial
+from tests.compare_logs import differences, read_log
 
 pytestmark = pytest.mark.slow
 
@@ -61,6 +62,14 @@ def test_a_second_thread_changes_no_bit():
     alone, beside = log(1), log(2)
     assert alone["phase"][-1] == 3, "it is expected to walk by then"
     assert all(np.array_equal(alone[key], beside[key], equal_nan=True) for key in alone)
+
+
+def test_a_recording_changes_no_bit(tmp_path):
+    for recording in (True, False):
+        wanted = config(terrain="stepping_stones", duration=1.2, seed=3)
+        run_trial(wanted, tmp_path / str(recording), recording=recording)
+        assert (tmp_path / str(recording) / "recording.html").is_file() == recording
+    assert differences(*(read_log(tmp_path / str(recording)) for recording in (True, False))) == []
 
 
 def test_no_foothold_is_planned_into_the_pit():

@@ -1,5 +1,8 @@
 """The planning systems through their contexts."""
 
+import subprocess
+import sys
+
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
@@ -92,3 +95,29 @@ def test_a_failed_torso_search_fails_the_foothold_plan_with_its_reason():
     path, plan = (diagram.GetOutputPort(name).Eval(context) for name in ("torso_path", "foothold_plan"))
     assert not path.success and path.reason
     assert plan.request_id == 1 and plan.reason == path.reason
+
+
+FIRST_PLAN = """
+import numpy as np
+from quadpips_drake import compiling
+from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner, search_footholds
+from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner, search_torso_path
+from quadpips_drake.robots.robot_library import load_robot
+from tests.planning import worlds
+
+def loaded():
+    return {kernel.py_func.__qualname__: len(kernel.overloads) for kernel in compiling._kernels()}
+
+robot = load_robot("anymal_c")
+torso, feet = TorsoPlanner(robot), FootholdPlanner(robot)
+before, regions, state = loaded(), worlds.stepping_stones(), worlds.standing_state(robot)
+path = search_torso_path(state.p_WB, 0.0, regions, np.array([3.5, 0.0]), robot, torso.config)
+assert search_footholds(state, regions, path, robot, feet.config).success
+late = {name for name, number in loaded().items() if number > before.get(name, 0)}
+assert not late, late
+"""
+
+
+def test_no_compiled_code_is_loaded_only_for_the_first_plan():
+    done = subprocess.run([sys.executable, "-c", FIRST_PLAN], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -13,11 +13,15 @@ from quadpips_drake.supervision.ground_events import (
     Doubts,
     Extent,
     GroundEventConfig,
+    Places,
     Problem,
     appeared_ground,
     confirmed_problem,
     extent_of,
     find_problems,
+    lost_footholds,
+    obstacle_on_way,
+    obstacles_on_swings,
 )
 from quadpips_drake.trajectory.swing.ground_profile import SAMPLES
 from quadpips_drake.values.centroidal import CentroidalState
@@ -26,6 +30,7 @@ from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
 from quadpips_drake.values.regions import GroundHeights, PlanarRegion, RegionSet
 from quadpips_drake.values.steppability import Steppability
+from tests.supervision import ground_reference
 
 CONFIG = GroundEventConfig()
 RADIUS = 0.03
@@ -150,3 +155,37 @@ def test_what_has_risen_around_a_place_is_what_appeared():
     assert (np.abs(points[:, :2] - [0.65, 0.2]) < 0.1).all()
     assert len(appeared_ground(GroundHeights.empty(), now, (0.6, 0.2), 0.03)) == 0
     assert len(appeared_ground(now, before, (0.6, 0.2), 0.03)) == 0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_all_footholds_at_once_are_judged_as_one_by_one(seed):
+    random = np.random.default_rng(seed)
+    tilt = random.uniform(-0.2, 0.2, (12, 2))
+    normals = np.column_stack((tilt, np.ones(12))) / np.sqrt(1.0 + (tilt**2).sum(axis=1))[:, None]
+    xy = random.uniform(-1.2, 1.2, (12, 2))
+    regions = RegionSet(1.0, tuple(region(*place, 0.3, id=k) for k, place in enumerate(xy[:8] + 0.1)))
+    heights = [0.02, 0.05, 0.3, np.nan, -0.05, 0.5]
+    squares = [(*random.uniform(-0.8, 0.8, 2), random.uniform(0.2, 0.4), height) for height in random.permutation(heights)]
+    now, before = ground(*squares), ground(*squares[:2])
+    footholds = [
+        replace(
+            walk().footholds[0],
+            position=np.array([x, y, RADIUS]),
+            normal=normal,
+            region=region(id=int(k > 3)),
+            apex_height=0.0,
+        )
+        for k, (x, y, normal) in enumerate(zip(*xy.T, normals, strict=True))
+    ]
+    starts = [np.array([*random.uniform(-1.2, 1.2, 2), RADIUS]) for _ in footholds]
+    lost = lost_footholds(footholds, Places(regions), now, before, RADIUS, CONFIG)
+    assert lost == [ground_reference.foothold_problem(f, regions, now, before, RADIUS, CONFIG) for f in footholds]
+    risen = obstacles_on_swings(starts, footholds, now, RADIUS, CONFIG)
+    pairs = zip(starts, footholds, strict=True)
+    assert risen == [ground_reference.obstacle_on_swing(start, f, now, RADIUS, CONFIG) for start, f in pairs]
+    assert any(lost) and not all(lost) and set(risen) != {None}, "both are there"
+    shift = np.zeros(24)
+    shift[CentroidalState.POSITION] = *random.uniform(-0.3, 0.3, 2), -0.2
+    shift[CentroidalState.YAW] = seed
+    arguments = replace(walk(), states=walk().states + shift), 0.5, now, EXTENT, CONFIG
+    assert obstacle_on_way(*arguments) == ground_reference.obstacle_on_way(*arguments)

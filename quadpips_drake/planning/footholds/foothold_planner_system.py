@@ -3,13 +3,16 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
-from quadpips_drake.planning.start_stance import state_at_start
+from quadpips_drake.planning.start_stance import flat_region, state_at_start
+from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.plans import FootholdPlan, PlanSketch, RefusedSwings, TorsoPath
-from quadpips_drake.values.regions import GroundHeights
+from quadpips_drake.values.regions import GroundHeights, RegionSet
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -68,6 +71,13 @@ class FootholdPlanner(Stage):
         self.declare_input("ground_heights", GroundHeights, default=GroundHeights.empty())
         self.declare_output("foothold_plan", FootholdPlan)
         self.declare_output("plan", PlanSketch, FootholdPlan.sketch)
+        self._warm_up()
+
+    def _warm_up(self):
+        """Loads the compiled code, so that the first search takes no longer than any other."""
+        floor = RegionSet(0.0, (flat_region(0, np.zeros(3), 1.0, 0.6),))
+        poses = np.array([[x, 0.0, self._robot.nominal_base_height, 0.0] for x in (0.0, 0.2)])
+        search_footholds(standing_state(self._robot), floor, TorsoPath(0.0, 0, poses, floor), self._robot, self.config)
 
     def occasion(self, inputs: Inputs) -> int | None:
         """A new torso path."""

@@ -14,6 +14,7 @@ from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.appeared_ground import SWING_ROOM, lead_over, outlines
 from quadpips_drake.planning.footholds.escalation import careful, escalated
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
+from quadpips_drake.planning.footholds.foothold_problem import FootholdProblem, pose_problem
 from quadpips_drake.planning.footholds.gait_choice import need_of_care
 from quadpips_drake.planning.footholds.lazy_swings import LazySwings
 from quadpips_drake.planning.footholds.local_path import local_path, prefix_lengths
@@ -22,8 +23,7 @@ from quadpips_drake.planning.footholds.search_node import SearchNode, SearchResu
 from quadpips_drake.planning.footholds.stance_rules import BLOCKED, REJECTIONS, make_transition_model, stance_deviation
 from quadpips_drake.planning.footholds.stance_transitions import cost_rate, distance_to_go, expand
 from quadpips_drake.planning.nominal_pose import base_pose_above
-from quadpips_drake.planning.region_table import make_region_table, may_carry_a_foot
-from quadpips_drake.planning.start_stance import attach_feet
+from quadpips_drake.planning.region_table import make_region_table
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import FootholdPlan, RefusedSwings, Stance, TorsoPath
 from quadpips_drake.values.robot_state import RobotState
@@ -52,6 +52,7 @@ class _Search:
     ):
         self._swings = LazySwings(clears, gait.swing_duration)
         self._phases = [np.array(phase, dtype=np.int64) for phase in gait.phases]
+        self._standing = [[leg for leg in range(4) if leg not in phase] for phase in gait.phases]
         self._config = config
         self._model = model
         self._table = table
@@ -74,20 +75,19 @@ class _Search:
         p_WB, rpy_WB = base_pose_above(feet, self._model.base_height, self._model.max_tilt)
         to_go = self._way_to_go(p_WB, rpy_WB)
         for phase in range(len(self._phases) if self._config.any_first_phase else 1):
-            self._push(SearchNode(phase, feet, normals, regions, p_WB, rpy_WB, 0.0, to_go, -1, 0))
+            (family,) = self._families(phase, feet[None], regions[None])
+            self._push(SearchNode(phase, feet, normals, regions, p_WB, rpy_WB, 0.0, to_go, -1, 0, family))
         result = SearchResult()
         while self._open:
             estimate, _, _, index, terminal = heapq.heappop(self._open)
             node = self.nodes[index]
-            if (not terminal and self._is_passed_over(node)) or self._is_postponed(index, estimate, terminal):
+            if not terminal and (self._is_passed_over(node) or node.depth == self._config.max_steps):
                 continue
-            if not self._can_be_swung_to(index, result):
+            if self._is_postponed(index, estimate, terminal) or not self._can_be_swung_to(index, result):
                 continue
             if terminal:
                 result.node, result.complete = index, self._is_at_waypoint(node)
                 return result
-            if node.depth == self._config.max_steps:
-                continue
             if result.expansions >= self._config.max_expansions:
                 bound = f"the bound of {self._config.max_expansions} expansions was reached"
                 return self._best_effort(result, f"{bound}; {self._dead_end(result)}")
@@ -125,15 +125,20 @@ class _Search:
             promise[are_refused(self._refused.swings, self.swing_legs(node), node.feet, feet)] = np.inf
         if self._things:
             promise[lead_over(self._things, self.swing_legs(node), node.feet, feet)] = np.inf
-        order = [k for k in np.argsort(promise, kind="stable") if np.isfinite(promise[k])]
-        depth = node.depth + 1
-        self._children[index] = (
-            SearchNode(
-                following, feet[k], normals[k], regions[k], p_WB[k], rpy[k], node.cost + costs[k], ways[k], index, depth
-            )
-            for k in order
-        )  # fmt: skip
+        order = np.argsort(promise, kind="stable")
+        parts = feet, normals, regions, p_WB, rpy, node.cost + costs, ways
+        self._children[index] = self._as_nodes(following, parts, order[np.isfinite(promise[order])], index)
         self._push_children(index, self._config.max_children)
+
+    def _as_nodes(self, phase: int, parts: tuple, order: np.ndarray, parent: int):
+        """The children of ``parent`` in this order; made as they are asked for."""
+        *stances, costs, ways = parts
+        depth = self.nodes[parent].depth + 1
+        for some in np.split(order, range(self._config.max_children, len(order), self._config.max_children)):
+            families = self._families(phase, stances[0][some], stances[2][some])
+            for k, family in zip(some.tolist(), families, strict=True):
+                stance = (part[k] for part in stances)
+                yield SearchNode(phase, *stance, float(costs[k]), float(ways[k]), parent, depth, family)
 
     def _push_children(self, index: int, count: int):
         """Queues the next best children of a node, but for those that are known to be out of reach."""
@@ -145,10 +150,9 @@ class _Search:
 
     def _is_passed_over(self, node: SearchNode) -> bool:
         """Whether a cheaper way to the node's family is known; if that turns out to be none, it is queued again."""
-        family = self._family(node)
-        if node.cost <= self._best_cost.get(family, np.inf):
+        if node.cost <= self._best_cost.get(node.family, np.inf):
             return False
-        self._dearer[family].append(node)
+        self._dearer[node.family].append(node)
         return True
 
     def _is_postponed(self, index: int, estimate: float, terminal: bool) -> bool:
@@ -176,20 +180,18 @@ class _Search:
         if not clear:
             result.refused[BLOCKED] += 1
             self._push_children(node.parent, 1)
-            family = self._family(node)
-            if self._best_cost.get(family) == node.cost:
-                del self._best_cost[family]
-                for other in self._dearer.pop(family, ()):
+            if self._best_cost.get(node.family) == node.cost:
+                del self._best_cost[node.family]
+                for other in self._dearer.pop(node.family, ()):
                     self._push(other)
         return clear
 
     def _push(self, node: SearchNode):
         """Queues a node unless a way at least as cheap to its family is known; and the end of the plan, if it may be one."""
-        family = self._family(node)
-        if node.cost >= self._best_cost.get(family, np.inf):
-            self._dearer[family].append(node)
+        if node.cost >= self._best_cost.get(node.family, np.inf):
+            self._dearer[node.family].append(node)
             return
-        self._best_cost[family] = node.cost
+        self._best_cost[node.family] = node.cost
         self.nodes.append(node)
         index = len(self.nodes) - 1
         estimate = node.cost + self._config.heuristic_inflation * self._rate * node.to_go
@@ -202,12 +204,15 @@ class _Search:
         self._pushed += 1
         heapq.heappush(self._open, (estimate, -depth, self._pushed, index, terminal))
 
-    def _family(self, node: SearchNode) -> tuple:
-        """Identity of the contact-mode family: the phase, and region and place of each leg that stays down in it."""
-        swinging = set(self._phases[node.phase].tolist())
-        standing = [leg for leg in range(4) if leg not in swinging]
-        cells = np.floor(node.feet[standing] / _CELL).astype(np.int64)
-        return (node.phase, *node.regions[standing].tolist(), *cells.ravel().tolist())
+    def _families(self, phase: int, feet: np.ndarray, regions: np.ndarray) -> list[tuple]:
+        """Identities of the families of stances, feet (k, 4, 3) and regions (k, 4), before a ``phase``.
+
+        The phase, and region and place of each leg that stays down in it.
+        """
+        standing = self._standing[phase]
+        cells = np.floor(feet[:, standing] / _CELL).astype(np.int64)
+        identities = np.concatenate((regions[:, standing], cells.reshape(len(feet), 3 * len(standing))), axis=1)
+        return [(phase, *identity) for identity in identities.tolist()]
 
     def _final_cost(self, node: SearchNode) -> float:
         deviation = stance_deviation(node.feet, node.p_WB, node.rpy_WB[2], self._model.nominal, 0.0)
@@ -254,32 +259,6 @@ class _Search:
         return f"{nearest} ({share:.0f} % of {result.combinations} stances refused: {REJECTIONS[worst]})"
 
 
-@dataclass(frozen=True)
-class _Problem:
-    """A start stance and the regions to step on; what all attempts of one search share."""
-
-    usable: list
-    """PlanarRegions that may carry a foot, and the patches under feet without perceived ground."""
-    feet: np.ndarray
-    normals: np.ndarray
-    regions: np.ndarray
-    """Indices of the start regions in ``usable``, (4,)."""
-
-
-def _pose_problem(state: RobotState, regions, robot, config: FootholdConfig) -> _Problem:
-    """Attaches the feet and collects the regions that may carry one."""
-    usable = [region for region in regions.regions if may_carry_a_foot(region, config.max_slope)]
-    attachments = attach_feet(state, usable, robot)
-    usable += [attachment.region for attachment in attachments if not attachment.perceived]
-    position = {id(region): k for k, region in enumerate(usable)}
-    return _Problem(
-        usable=usable,
-        feet=np.array([attachment.point for attachment in attachments]),
-        normals=np.array([attachment.region.normal for attachment in attachments]),
-        regions=np.array([position[id(attachment.region)] for attachment in attachments]),
-    )
-
-
 @dataclass
 class _Attempt:
     """What the searches with one gait led to."""
@@ -294,7 +273,14 @@ class _Attempt:
 
 
 def _attempt(
-    problem: _Problem, state, torso_path, robot, config: FootholdConfig, deadline: float, refused: RefusedSwings, clears
+    problem: FootholdProblem,
+    state,
+    torso_path,
+    robot,
+    config: FootholdConfig,
+    deadline: float,
+    refused: RefusedSwings,
+    clears,
 ) -> _Attempt:
     """Searches for waypoints ever nearer along the torso path until one is reached."""
     path, waypoint = local_path(state, torso_path, config.local_radius)
@@ -358,7 +344,7 @@ def search_footholds(
     if not torso_path.success:
         reason = torso_path.reason or "there is no torso path"
         return FootholdPlan(state.stamp, torso_path.request_id, reason=reason, complete=False)
-    problem = _pose_problem(state, regions, robot, config)
+    problem = pose_problem(state, regions, robot, config)
     refused = refused or RefusedSwings.empty()
     attempt = _attempt(problem, state, torso_path, robot, config, started + config.time_limit, refused, clears)
     need, expansions = _need_of_care(attempt, config), attempt.expansions
@@ -371,7 +357,7 @@ def search_footholds(
 
 
 def _plan(
-    attempt: _Attempt, need: str, expansions: int, problem: _Problem, state, torso_path, config, started
+    attempt: _Attempt, need: str, expansions: int, problem: FootholdProblem, state, torso_path, config, started
 ) -> FootholdPlan:
     """The plan that an attempt found."""
     search, result = attempt.search, attempt.result

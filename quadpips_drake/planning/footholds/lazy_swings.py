@@ -24,7 +24,7 @@ class LazySwings:
 
     def may_clear(self, legs: Iterable[int], before: SearchNode, after: SearchNode) -> bool:
         """False if one of these swings is known to be blocked."""
-        return all(self._tested.get(_swing(leg, before, after), True) for leg in legs)
+        return not self._blocked or all(self._tested.get(_swing(leg, before, after), True) for leg in legs)
 
     def clear(self, legs: Iterable[int], before: SearchNode, after: SearchNode) -> bool:
         """Whether all of them clear the ground."""
@@ -41,7 +41,8 @@ class LazySwings:
         if swing not in self._tested:
             start, end = ((node.feet[leg], node.normals[leg]) for node in (before, after))
             self._tested[swing] = self._clears(self._duration, start, end)
-            self._blocked[swing[:2]] += not self._tested[swing]
+            if not self._tested[swing]:
+                self._blocked[swing[:2]] += 1
         return self._tested[swing]
 
 

@@ -25,6 +25,8 @@ class SearchNode:
     to_go: float
     parent: int
     depth: int
+    family: tuple
+    """Identity of the family; see ``_Search._families``."""
 
 
 @dataclass

@@ -121,15 +121,15 @@ def _is_stable(feet, p_WB, R_WB, model):
     Lengths are besides bounded about the nominal one, as in the paper.
     """
     nominal, limits = model.nominal, model.limits
-    x = np.empty(4)
-    y = np.empty(4)
-    for leg in range(4):
-        x[leg], y[leg], _ = to_frame(R_WB, p_WB, feet[leg, 0], feet[leg, 1], feet[leg, 2])
     for left in (0, 2):
-        if not limits.min_width <= y[left] - y[left + 1] <= limits.max_width:
+        _, y_left, _ = to_frame(R_WB, p_WB, feet[left, 0], feet[left, 1], feet[left, 2])
+        _, y_right, _ = to_frame(R_WB, p_WB, feet[left + 1, 0], feet[left + 1, 1], feet[left + 1, 2])
+        if not limits.min_width <= y_left - y_right <= limits.max_width:
             return False
     for fore in (0, 1):
-        length, ideal = x[fore] - x[fore + 2], nominal[fore, 0] - nominal[fore + 2, 0]
+        x_fore, _, _ = to_frame(R_WB, p_WB, feet[fore, 0], feet[fore, 1], feet[fore, 2])
+        x_hind, _, _ = to_frame(R_WB, p_WB, feet[fore + 2, 0], feet[fore + 2, 1], feet[fore + 2, 2])
+        length, ideal = x_fore - x_hind, nominal[fore, 0] - nominal[fore + 2, 0]
         if abs(length - ideal) >= model.length_tolerance or not limits.min_length <= length <= limits.max_length:
             return False
     return True
@@ -153,11 +153,12 @@ def _legs_touch(centers, model):
 
 
 @njit(cache=True)
-def refusal(feet, normals, p_WB, rpy_WB, facing, waypoint_yaw, model):
+def refusal(feet, normals, p_WB, rpy_WB, facing, waypoint_yaw, model, centers):
     """Returns -1 for a permitted stance, else the index in REJECTIONS of the first constraint that it breaks.
 
     ``facing`` is the cosine between the yaw before and the waypoint's: a robot that has to turn round may face backward
-    as long as it does not turn further away (the paper demands facing forward outright).
+    as long as it does not turn further away (the paper demands facing forward outright). ``centers`` (4, 3) is room for
+    the feet in B: allocated for every stance, it would cost as much as the tests.
     """
     r = model.foot_radius
     for i in range(4):
@@ -170,7 +171,6 @@ def refusal(feet, normals, p_WB, rpy_WB, facing, waypoint_yaw, model):
     cosine = np.cos(rpy_WB[2] - waypoint_yaw)
     if cosine <= 0.0 and cosine < facing - 1e-9:
         return 2
-    centers = np.empty((4, 3))
     for leg in range(4):
         x, y, z = to_frame(
             R_WB,

@@ -21,6 +21,7 @@ from quadpips_drake.planning.nominal_pose import base_pose_above, to_frame
 from quadpips_drake.planning.region_table import foothold_near
 from quadpips_drake.robots.reachability import inside_superquadric
 
+_OUT_OF_BALANCE = REJECTIONS.index("out of balance")
 _SAME = 0.02  # candidates nearer to each other than this [m] are one
 # Where the swinging legs aim: fractions of the preferred stride, and of the turn that the torso path asks for.
 _AIMS = np.array([[0.0, 0.0], [0.0, 1.0], [0.5, 1.0], [1.0, 1.0], [1.5, 1.0]])
@@ -222,22 +223,30 @@ def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, ta
     most = len(points_a) * len(points_b)
     out_feet, out_normals, out_regions = np.empty((most, 4, 3)), np.empty((most, 4, 3)), np.empty((most, 4), dtype=np.int64)
     out_p, out_rpy, costs, ways = np.empty((most, 3)), np.empty((most, 3)), np.empty(most), np.empty(most)
-    refused = np.zeros(len(REJECTIONS), dtype=np.int64)
+    refused, centers = np.zeros(len(REJECTIONS), dtype=np.int64), np.empty((4, 3))
     waypoint_yaw = path[-1, 2]
     facing = np.cos(rpy_WB[2] - waypoint_yaw)
     k = 0  # a refused combination leaves its place to the next one
     for a in range(len(points_a)):
         for b in range(len(points_b)):
-            out_feet[k], out_normals[k], out_regions[k] = feet, normals, regions
-            out_feet[k, last], out_normals[k, last], out_regions[k, last] = points_b[b], normals_b[b], regions_b[b]
-            out_feet[k, first], out_normals[k, first], out_regions[k, first] = points_a[a], normals_a[a], regions_a[a]
+            for leg in range(4):
+                if leg == first:
+                    point, normal, region = points_a[a], normals_a[a], regions_a[a]
+                elif leg == last:
+                    point, normal, region = points_b[b], normals_b[b], regions_b[b]
+                else:
+                    point, normal, region = feet[leg], normals[leg], regions[leg]
+                out_regions[k, leg] = region
+                for i in range(3):
+                    out_feet[k, leg, i], out_normals[k, leg, i] = point[i], normal[i]
             new_p, new_rpy = base_pose_above(out_feet[k], model.base_height, model.max_tilt)
-            why = refusal(out_feet[k], out_normals[k], new_p, new_rpy, facing, waypoint_yaw, model)
-            aside = support_distance(feet, swinging, 0.5 * (p_WB[0] + new_p[0]), 0.5 * (p_WB[1] + new_p[1]))
-            if why < 0 and aside > model.max_support_distance:
-                why = 5
+            why = refusal(out_feet[k], out_normals[k], new_p, new_rpy, facing, waypoint_yaw, model, centers)
             if why >= 0:
                 refused[why] += 1
+                continue
+            aside = support_distance(feet, swinging, 0.5 * (p_WB[0] + new_p[0]), 0.5 * (p_WB[1] + new_p[1]))
+            if aside > model.max_support_distance:
+                refused[_OUT_OF_BALANCE] += 1
                 continue
             out_p[k], out_rpy[k] = new_p, new_rpy
             costs[k] = edge_cost(feet, out_feet[k], swinging, p_WB, rpy_WB, new_p, new_rpy, model)

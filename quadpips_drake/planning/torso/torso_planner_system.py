@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.planning.appeared_ground import without_appeared
-from quadpips_drake.planning.start_stance import attach_feet, start_ground, state_at_start, with_region
+from quadpips_drake.planning.start_stance import attach_feet, flat_region, start_ground, state_at_start, with_region
 from quadpips_drake.planning.torso.subgoals import Exploration
 from quadpips_drake.planning.torso.torso_config import TorsoConfig
 from quadpips_drake.planning.torso.torso_search import search_torso_path
@@ -57,6 +59,14 @@ class TorsoPlanner(Stage):
         self.declare_input("region_set", RegionSet)
         self.declare_input("plan_request", PlanRequest)
         self.declare_output("torso_path", TorsoPath, lambda memory: memory.path)
+        self._warm_up()
+
+    def _warm_up(self):
+        """Loads the compiled code, so that the first search takes no longer than any other."""
+        floor = RegionSet(0.0, (flat_region(0, np.zeros(3), 1.0, 0.6),))
+        p_WB = np.array([0.0, 0.0, self._robot.nominal_base_height])
+        for distance in (0.3, 9.0):  # to the goal, and to a sub-goal instead
+            search_torso_path(p_WB, 0.0, floor, np.array([distance, 0.0]), self._robot, self.config)
 
     def occasion(self, inputs: Inputs) -> int | None:
         """A new request."""
