@@ -167,10 +167,15 @@ class _Search:
         heapq.heappush(self._open, (estimate, -depth, self._pushed, index, terminal))
 
     def _family(self, node: _Node) -> tuple:
-        """Identity of the contact-mode family: the phase, and region and place of each leg that stays down in it."""
+        """Identity of the contact-mode family: the phase, and region and place of each leg that stays down in it.
+
+        Regions up to ``single_place`` in size are one place: on small stones centimetres make no other way, and a search
+        that tells them apart comes to its bound before it has tried the stones.
+        """
         swinging = set(self._phases[node.phase].tolist())
         standing = [leg for leg in range(4) if leg not in swinging]
         cells = np.floor(node.feet[standing] / _CELL).astype(np.int64)
+        cells[self._table.radii[node.regions[standing]] <= self._config.single_place] = 0
         return (node.phase, *node.regions[standing].tolist(), *cells.ravel().tolist())
 
     def _final_cost(self, node: _Node) -> float:
