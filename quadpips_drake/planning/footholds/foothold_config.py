@@ -95,6 +95,9 @@ class FootholdConfig(StageConfig):
     heuristic_inflation: float = ranged(4.0, 0.0, 100.0)
     """Factor on the cost-to-go: above 1 the search is greedier, and its cost within that factor of the best."""
 
+    single_place: float = ranged(0.0, 0.0, 10.0)
+    """A region whose inset reaches no further than this from its origin [m] is one place in the identity of a node, as in
+    the paper; larger ones have places in cells of 2 cm."""
     max_expansions: int = ranged(150, 1, MAX_EXPANSIONS)
     """Most expanded nodes for one waypoint."""
     max_children: int = ranged(24, 1, 1000)

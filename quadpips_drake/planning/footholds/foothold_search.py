@@ -207,10 +207,13 @@ class _Search:
     def _families(self, phase: int, feet: np.ndarray, regions: np.ndarray) -> list[tuple]:
         """Identities of the families of stances, feet (k, 4, 3) and regions (k, 4), before a ``phase``.
 
-        The phase, and region and place of each leg that stays down in it.
+        The phase, and region and place of each leg that stays down in it. Regions up to ``single_place`` in size are one
+        place: on small stones centimetres make no other way, and a search that tells them apart comes to its bound before it
+        has tried the stones.
         """
         standing = self._standing[phase]
         cells = np.floor(feet[:, standing] / _CELL).astype(np.int64)
+        cells[self._table.radii[regions[:, standing]] <= self._config.single_place] = 0
         identities = np.concatenate((regions[:, standing], cells.reshape(len(feet), 3 * len(standing))), axis=1)
         return [(phase, *identity) for identity in identities.tolist()]
 
