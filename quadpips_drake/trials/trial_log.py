@@ -8,9 +8,14 @@ from quadpips_drake.files import replacing
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.robot_state import RobotState
 
+MAX_NOTES = 2000
+"""Notes that are kept; of more than these, the first and the last."""
+_FIRST_NOTES = 200
+
 
 class TrialLog:
-    """Grows by one row per sample; every array has the sample as its first axis."""
+    """Grows by one row per sample; every array has the sample as its first axis, but for those of footholds, of notes and of
+    what has appeared."""
 
     def __init__(self):
         self.keep_references = True
@@ -18,6 +23,10 @@ class TrialLog:
         self._rows: list[dict[str, np.ndarray]] = []
         self.references: list = []
         """Each published WholeBodyReference once, in order."""
+        self.notes: list[tuple[float, str, str]] = []
+        """(time [s], who, what): what systems said in words."""
+        self.appeared: list[tuple[float, np.ndarray, np.ndarray]] = []
+        """(time [s], least and largest x, y, z [m]) of each element that has appeared."""
 
     def append(self, state: RobotState, foot_positions: np.ndarray, reference, **more):
         """Adds one sample.
@@ -51,11 +60,17 @@ class TrialLog:
         if is_new and len(reference.times):
             self.references.append(reference)
 
+    def note(self, time: float, who: str, what: str) -> None:
+        """Takes down what a system says at ``time`` [s]."""
+        self.notes.append((float(time), who, what))
+        if len(self.notes) > MAX_NOTES:
+            del self.notes[_FIRST_NOTES]
+
     def __len__(self) -> int:
         return len(self._rows)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Returns all samples, stacked, and the footholds of all references."""
+        """Returns all samples, stacked, the footholds of all references, the notes and what has appeared."""
         names = self._rows[0] if self._rows else ()
         arrays = {name: np.array([row[name] for row in self._rows]) for name in names}
         footholds = [(f, i) for i, reference in enumerate(self.references) for f in reference.footholds]
@@ -63,6 +78,12 @@ class TrialLog:
         arrays["foothold_position"] = np.array([f.position for f, _ in footholds]).reshape(-1, 3)
         arrays["foothold_touchdown"] = np.array([f.touchdown_time for f, _ in footholds], dtype=float)
         arrays["foothold_plan"] = np.array([i for _, i in footholds], dtype=int)
+        arrays["note_time"] = np.array([time for time, _, _ in self.notes], dtype=float)
+        arrays["note_source"] = np.array([who for _, who, _ in self.notes], dtype=str)
+        arrays["note_text"] = np.array([what for _, _, what in self.notes], dtype=str)
+        arrays["appeared_time"] = np.array([time for time, _, _ in self.appeared], dtype=float)
+        arrays["appeared_low"] = np.array([low for _, low, _ in self.appeared], dtype=float).reshape(-1, 3)
+        arrays["appeared_high"] = np.array([high for _, _, high in self.appeared], dtype=float).reshape(-1, 3)
         return arrays
 
     def save(self, path: Path):
