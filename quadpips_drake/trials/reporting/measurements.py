@@ -15,7 +15,11 @@ _LEAST_LOAD = 20.0
 """Feet that press on the ground by less than this tell nothing about friction [N]."""
 _SLIDING = 0.08
 """A loaded foot that is faster than this along the ground slides rather than rolls [m/s]."""
-_LEAST_SAMPLES = 5
+_CONSISTENT = 1.4
+"""Friction that is measured in two ways agrees within this factor [1]."""
+_BOUND = 99.0
+"""Percentile of tangential by normal force that counts as their bound."""
+_LEAST_SAMPLES = 8
 """So many samples of sliding feet give a friction coefficient."""
 _LEAST_TIME = 0.3
 """Shortest time over which the feet's forces give a mass [s]."""
@@ -38,6 +42,13 @@ class Sliding:
     """Whose foot that was."""
     share: float
     """Of the loaded samples, how many slid [1]."""
+    bound: float
+    """Hardly any loaded foot was ever held by more of its load than this, sliding or not [1]."""
+
+    @property
+    def is_consistent(self) -> bool:
+        """Whether this may be the friction of the ground: then no foot is held by more. Feet that scrape along edges are."""
+        return self.bound <= _CONSISTENT * self.friction
 
 
 @dataclass(frozen=True)
@@ -107,14 +118,16 @@ def sliding_of(record: TrialRecord, since: float = -np.inf, until: float = np.in
     steady = held.copy()  # neither the touch-down nor the lift-off
     steady[1:-1] &= held[:-2] & held[2:]
     within = ((time >= since) & (time <= until))[:, None]
-    loaded = steady & (normal_force > _LEAST_LOAD) & within
+    pressed = steady & (normal_force > _LEAST_LOAD)
+    loaded = pressed & within
     slides = loaded & (along > _SLIDING)
     samples, legs = np.nonzero(slides)
     if len(samples) < _LEAST_SAMPLES:
         return None
     ratios = tangential[slides] / normal_force[slides]
     share = len(samples) / max(np.count_nonzero(loaded), 1)
-    return Sliding(float(np.median(ratios)), len(samples), float(time[samples[0]]), int(legs[0]), float(share))
+    bound = float(np.percentile(tangential[pressed] / normal_force[pressed], _BOUND))
+    return Sliding(float(np.median(ratios)), len(samples), float(time[samples[0]]), int(legs[0]), float(share), bound)
 
 
 def _normals_under(record: TrialRecord, feet: np.ndarray) -> np.ndarray:

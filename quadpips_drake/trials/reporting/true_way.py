@@ -16,6 +16,8 @@ _MARGIN = 3.0
 _MOST_CELLS = 250_000
 _AHEAD = 0.6
 """What stands in the way is looked for so far beyond the last place that can be reached [m]."""
+_BACK = 1.0
+"""... and so far before it is where a gap may begin [m]."""
 _WALL = 0.05
 """What rises so far above the ground beside it and carries no foot is a wall [m]."""
 
@@ -117,13 +119,14 @@ def _what_separates(mine: np.ndarray, x, y, goal, layers, step: float) -> Obstac
     begin = np.array([x[rows[nearest], columns[nearest]], y[rows[nearest], columns[nearest]]])
     there = np.asarray(goal, float) - begin
     length = max(float(np.hypot(*there)), _CELL)
-    along = begin + np.arange(0.0, min(length, 2.0) + _CELL, 0.5 * _CELL)[:, None] * there / length
+    ways = np.arange(-_BACK, min(length, 2.0) + _CELL, 0.5 * _CELL)
+    along = begin + ways[:, None] * there / length
     cells = (
         np.clip(np.round((along[:, 1] - y[0, 0]) / _CELL).astype(int), 0, x.shape[0] - 1),
         np.clip(np.round((along[:, 0] - x[0, 0]) / _CELL).astype(int), 0, x.shape[1] - 1),
     )
     here = (float(begin[0]), float(begin[1]))
-    ahead = np.hypot(*(along - begin).T) <= _AHEAD
+    ahead = (ways >= 0.0) & (ways <= _AHEAD)
     walls = np.flatnonzero(wall[cells] & ahead)
     voids = np.flatnonzero(~footing[cells] & ~wall[cells] & ahead)
     if len(walls) and not (len(voids) and voids[0] < walls[0] - 8):
@@ -131,8 +134,9 @@ def _what_separates(mine: np.ndarray, x, y, goal, layers, step: float) -> Obstac
         rise = float(np.nan_to_num(top[k] - height[k]))
         return Obstacle("wall", rise, here, int(number[k]) if number[k] >= 0 else None)
     if len(voids):
-        beyond = np.flatnonzero(footing[cells][voids[0] :])
-        count = beyond[0] if len(beyond) else len(along) - voids[0]
+        ground = footing[cells]
+        last, then = np.flatnonzero(ground[: voids[0]]), np.flatnonzero(ground[voids[0] :])
+        count = (voids[0] + then[0] if len(then) else len(ground)) - (last[-1] + 1 if len(last) else 0)
         return Obstacle("gap", float(0.5 * _CELL * count), here)
-    rises = np.abs(np.diff(height[cells]))
+    rises = np.abs(np.diff(height[cells]))[ahead[1:]]
     return Obstacle("step", float(np.nanmax(rises, initial=0.0)), here)

@@ -30,12 +30,17 @@ def slippery(case: Case) -> Iterator[Finding]:
         return
     sliding = sliding_of(case.record, case.begin - _BEFORE)
     believed = case.record.setting("stages.tracking.wbc.friction", 0.5)
-    if sliding is None or sliding.friction > _SLIPPERY * believed or sliding.since > case.end - 0.05:
+    if (
+        sliding is None
+        or not sliding.is_consistent
+        or sliding.friction > _SLIPPERY * believed
+        or sliding.since > case.end - 0.05
+    ):
         return
     foot = Leg(sliding.leg).name
     text = (
         f"{foot} slid first; feet that slid were held back by {sliding.friction:.2f} of their load "
-        f"({sliding.samples} samples), the controllers count on {believed:g}"
+        f"({sliding.samples} samples), no foot by more than {sliding.bound:.2f}; the controllers count on {believed:g}"
     )
     weight = 0.9 if sliding.friction < 0.6 * believed else 0.6
     keys = ("stages.station.model_error.friction", "stages.tracking.wbc.friction", "stages.tracking.mpc.ocp.friction")
