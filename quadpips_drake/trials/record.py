@@ -148,14 +148,14 @@ def _simulate(
             files["error.txt"] = lambda path: write_text(path, trial.traceback)
         if recorder is not None:
             files["recording.html"] = partial(save_recording, recorder, title=trial.title())
-        if reported is not None:
-            files[REPORT] = reported.save
         if explainer is not None:
             files["explain.html"] = lambda path: write_text(path, explanation_of(trial, explainer, result))
         if profiler is not None:
             found = cache(lambda: profile_of(trial, profiler))
             files["profile.json"] = lambda path: found().save_json(path)
             files["profile.html"] = lambda path: found().save_html(path)
+        if reported is not None:
+            files[REPORT] = reported.save  # last: it links to the others
         failures = _write(files, directory)
     if interrupt is not None:
         if failures:

@@ -6,7 +6,6 @@ from quadpips_drake.framework.ports import output_names
 from quadpips_drake.trials.observation import read
 from quadpips_drake.values.steppability import Steppability
 
-
 _PERIOD = 0.1
 """Between two looks [s]: whoever reads regions may be the one for whom they are computed. The replan monitor reads them then
 anyway."""

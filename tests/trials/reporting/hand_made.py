@@ -15,7 +15,7 @@ from quadpips_drake.values.legs import Leg
 STEP = 0.01
 ROBOT = load_robot("anymal_c")
 FLAT = load_terrain("flat", 0)
-FEET = ROBOT.nominal_footholds_B + [0.0, 0.0, ROBOT.nominal_base_height]
+FEET = ROBOT.nominal_footholds_B + np.array([0.0, 0.0, ROBOT.nominal_base_height])
 
 
 def standing_log(samples: int = 201, load: float = 1.0) -> dict[str, np.ndarray]:

@@ -193,7 +193,7 @@ def test_a_wall_that_appeared():
 def test_a_step_too_high_for_the_robot():
     stairs = load_terrain("stairs", 0, difficulty=0.2)
     log = lifted(standing_log(), Leg.LF, 0.5, 0.9)
-    place = stairs.start[:2] + [1.0, 0.0]
+    place = np.array(stairs.start[:2]) + np.array([1.0, 0.0])
     for name in ("p_WB", "reference_p_WB"):
         log[name][:, :2] += place
     found = causes(record(falling(log, 0.9), terrain=stairs, walk=False))

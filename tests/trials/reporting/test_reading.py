@@ -117,7 +117,7 @@ def test_a_log_that_is_no_log(folder, monkeypatch):
     for content in (b"", b"PK\x03\x04", whole[: len(whole) // 2], b"\x93NUMPY" + whole[6:]):
         path.write_bytes(content)
         assert "log.npz" in refused(folder)
-    objects = {name: array for name, array in standing_log(51).items()} | {"phase": np.array([{"a": 1}] * 51, dtype=object)}
+    objects = standing_log(51) | {"phase": np.array([{"a": 1}] * 51, dtype=object)}
     np.savez(path, **objects)
     assert "log.npz" in refused(folder), "pickled objects are not read"
     path.write_bytes(whole)
