@@ -98,7 +98,8 @@ def run(
 ):
     """Let a robot walk from start to goal by its own camera, in simulation.
 
-    Writes result.json, recording.html (opens offline in a browser), config.yaml (all values used) and log.npz into DIR.
+    Writes result.json, report.html and recording.html (open offline in a browser), config.yaml (all values used) and log.npz
+    into DIR.
     """
     options = {"robot": robot, "terrain": terrain, "planner": planner, "seed": seed, "duration": duration}
     options |= {"latency": latency, "threads": threads, "difficulty": difficulty}

@@ -50,6 +50,14 @@ MeshcatHost = Annotated[
 LINE_PERIOD = 5.0
 """Simulated time between two lines of progress where no bar can be drawn [s]."""
 
+PAGES = {
+    "recording": "recording.html",
+    "report": "report.html",
+    "explained": "explain.html",
+    "profile": "profile.html",
+}
+"""What is said at the end about the pages that a trial has written, in this order."""
+
 LOCAL = "localhost"
 """Where only this machine can watch."""
 
@@ -124,6 +132,9 @@ def run_and_report(
         meshcat_host: address on which a browser can watch the trial; None: no browser.
         options: further keyword arguments of ``simulate``.
     """
+    from quadpips_drake.trials.reporting.post_mortem import repeating
+    from quadpips_drake.trials.reporting.words import last_lines
+
     browser = None if meshcat_host is None else _meshcat(meshcat_host)
     before = _contents(out)
     try:
@@ -143,14 +154,13 @@ def run_and_report(
     for command in result.walk.get("commands", ()):
         _tell_command(command)
     there = _contents(out)
-    if "recording.html" in there:
-        console.say(f"recording: {out / 'recording.html'} (open it in a browser)")
-    if "explain.html" in there:
-        console.say(f"explained: {out / 'explain.html'} (open it in a browser)")
-    if "profile.html" in there:
-        console.say(f"profile:   {out / 'profile.html'} (open it in a browser)")
+    for name, file in PAGES.items():
+        if file in there:
+            console.say(f"{name + ':':10} {out / file} (open it in a browser)")
     if "result.json" in there:
         console.say(f"result:    {out / 'result.json'}")
+    for line in last_lines(result, repeating(not result.planner, out)):
+        console.say(line)
     return console.SUCCESS if result.success else console.FAILURE
 
 

@@ -88,7 +88,8 @@ def walk(
 ):
     """Let a robot walk by velocity command, in simulation; it sees nothing.
 
-    Writes result.json, recording.html (opens offline in a browser), config.yaml (all values used) and log.npz into DIR.
+    Writes result.json, report.html and recording.html (open offline in a browser), config.yaml (all values used) and log.npz
+    into DIR.
     """
     options = {"robot": robot, "gait": gait, "terrain": terrain, "seed": seed, "duration": duration, "latency": latency}
     options["difficulty"] = difficulty

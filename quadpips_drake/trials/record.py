@@ -15,6 +15,8 @@ from quadpips_drake.trials.explaining.explainer import Explainer
 from quadpips_drake.trials.explaining.trial_explanation import explanation_of
 from quadpips_drake.trials.profiling.simulation_profiler import SimulationProfiler
 from quadpips_drake.trials.profiling.trial_profile import profile_of
+from quadpips_drake.trials.reporting.report import TrialReport
+from quadpips_drake.trials.reporting.report_page import REPORT
 from quadpips_drake.trials.result import TrialResult, installed_versions
 from quadpips_drake.trials.result_directory import ResultDirectory, why
 from quadpips_drake.trials.simulated_trial import BREAKDOWNS, SimulatedTrial, SimulationConfig, in_one_line
@@ -32,13 +34,14 @@ def record_trial(
     overwrite: bool = False,
     profile: bool = False,
     explain: bool = False,
+    report: bool = True,
     meshcat=None,
     progress: Callable[[float], None] | None = None,
     announce: Callable[[str], None] = lambda text: None,
     warm_up: Callable[[], object] = warm_up,
     **options,
 ) -> TrialResult:
-    """Runs a trial and writes result.json, config.yaml, log.npz and, if wanted, recording.html and more into ``out``.
+    """Runs a trial and writes result.json, config.yaml, log.npz, report.html and, if wanted, more into ``out``.
 
     What was computed is written even when the trial is interrupted or breaks off; then error.txt has the details. For a
     start or goal that makes no sense result.json says so before the UserInputError goes on to the caller. Results of an
@@ -52,6 +55,7 @@ def record_trial(
         overwrite: whether earlier results in ``out`` may be replaced.
         profile: whether to write profile.html and profile.json: where the computing time of the simulation went.
         explain: whether to write explain.html: how each plan came about, and what went wrong at the end.
+        report: whether to write report.html: how it went, and why it failed.
         meshcat: a Meshcat to show the trial in while it runs; made when a recording is wanted.
         progress: called with the simulated time [s] now and then.
         announce: told what goes on before and after the simulation.
@@ -79,7 +83,7 @@ def record_trial(
                 draw_course(meshcat, trial.terrain)
             _begin(config, directory)
             instruments = SimulationProfiler() if profile else None, Explainer() if explain else None
-            return _simulate(trial, directory, meshcat if recording else None, instruments, progress, announce)
+            return _simulate(trial, directory, meshcat if recording else None, instruments, report, progress, announce)
 
 
 def _begin(config: SimulationConfig, directory: ResultDirectory) -> None:
@@ -115,7 +119,9 @@ def _refused(config: SimulationConfig, directory: ResultDirectory, error: BaseEx
     return result
 
 
-def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, instruments, progress, announce) -> TrialResult:
+def _simulate(
+    trial: SimulatedTrial, directory: ResultDirectory, recorder, instruments, report: bool, progress, announce
+) -> TrialResult:
     """Runs the trial and writes its files.
 
     Args:
@@ -123,7 +129,7 @@ def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, instr
         directory: for the files.
         recorder: the Meshcat that records it, or None.
         instruments: a SimulationProfiler or None, an Explainer or None.
-        progress, announce: see ``record_trial``.
+        report, progress, announce: see ``record_trial``.
     """
     if recorder is not None:
         start_recording(recorder)
@@ -136,6 +142,7 @@ def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, instr
     with undisturbed():
         announce("writing")
         result = _told(trial)
+        reported = TrialReport(trial, result, directory.path) if report else None
         files = {"result.json": result.save, "log.npz": trial.log.save}
         if trial.traceback:
             files["error.txt"] = lambda path: write_text(path, trial.traceback)
@@ -147,6 +154,8 @@ def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, instr
             found = cache(lambda: profile_of(trial, profiler))
             files["profile.json"] = lambda path: found().save_json(path)
             files["profile.html"] = lambda path: found().save_html(path)
+        if reported is not None:
+            files[REPORT] = reported.save  # last: it links to the others
         failures = _write(files, directory)
     if interrupt is not None:
         if failures:

@@ -26,7 +26,7 @@ PROGRESS_PERIOD = 0.5
 """Between two entries of result.json's progress [s]."""
 
 MAX_SAMPLES = 300_000
-"""Longest log: a sample takes some 3 kB of memory."""
+"""Longest log: a sample takes some 2 kB of memory."""
 
 
 @configuration

@@ -23,6 +23,8 @@ from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, problem_with_trial_start
 from quadpips_drake.trials.trial_options import default_stages
 from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
+from quadpips_drake.trials.watching.notes import NoteTaker
+from quadpips_drake.trials.watching.tracking_row import tracking_row
 from quadpips_drake.trials.world import world_of
 
 
@@ -108,7 +110,7 @@ class WalkTrial(SimulatedTrial):
         )
         super().__init__(config, terrain, diagram, timings, TrialJudge(terrain, config.judge, has_goal=False))
         self.log.keep_references = False
-        self._footholds = FootholdBook()
+        self._footholds, self._notes = FootholdBook(), NoteTaker(self.log)
         if panel:
             self.simulator.set_target_realtime_rate(1.0)
 
@@ -124,9 +126,9 @@ class WalkTrial(SimulatedTrial):
             velocity_command=read(self.diagram, "velocity_command", self.context),
             gait=gait_number(read(self.diagram, "gait", self.context)),
             push=force_at(self.config.pushes, state.stamp),
-            planned_forces=seen.command.forces,
-            foot_modes=seen.command.foot_modes,
+            **tracking_row(seen),
         )
+        self._notes.look(seen)
         self.note_progress(state.stamp, state.stamp / self.config.duration)
         bottoms = self.robot.soles_W(seen.foot_positions)
         return self.judge(state, bottoms, seen.body_touches)

@@ -59,7 +59,7 @@ def test_a_short_walk_leaves_its_files(tmp_path):
     assert status == 0
     assert "success: upright after 1.2 s" in output
     assert f"profile:   {tmp_path / 'profile.html'} (open it in a browser)" in output
-    results = {"result.json", "recording.html", "config.yaml", "log.npz", "profile.html", "profile.json"}
+    results = {"result.json", "recording.html", "report.html", "config.yaml", "log.npz", "profile.html", "profile.json"}
     assert {path.name for path in tmp_path.iterdir()} == results
     result = json.loads((tmp_path / "result.json").read_text())
     assert result["success"]

@@ -42,7 +42,7 @@ def result_in(folder: Path) -> dict:
 def test_a_trial_leaves_its_files_and_nothing_else(tmp_path):
     out = tmp_path / "new" / "one"
     assert run(out, recording=True, meshcat="none").success
-    assert sorted(contents(out)) == ["config.yaml", "log.npz", "recording.html", "result.json"]
+    assert sorted(contents(out)) == ["config.yaml", "log.npz", "recording.html", "report.html", "result.json"]
 
 
 def test_results_are_replaced_only_when_it_is_asked_for(tmp_path):
@@ -96,7 +96,7 @@ def test_what_breaks_off_is_written_down(fails, detail, tmp_path):
 def test_an_interrupted_trial_is_written_down_though_the_signal_comes_again(signal, kind, tmp_path):
     with pytest.raises(kind), interruptible():
         run(tmp_path, replace(CONFIG, fails=signal), recording=True, meshcat="none")
-    assert sorted(contents(tmp_path)) == ["config.yaml", "log.npz", "recording.html", "result.json"]
+    assert sorted(contents(tmp_path)) == ["config.yaml", "log.npz", "recording.html", "report.html", "result.json"]
     assert result_in(tmp_path)["reason"] == "interrupted"
     assert (tmp_path / "recording.html").read_text() == "0\n1\n2\n"
 
