@@ -3,7 +3,7 @@
 import traceback
 from collections.abc import Callable
 from contextlib import nullcontext
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 
 from quadpips_drake.compiling import on_compiling, remove_broken_kernels
@@ -18,9 +18,15 @@ from quadpips_drake.trials.profiling.trial_profile import profile_of
 from quadpips_drake.trials.result import TrialResult, installed_versions
 from quadpips_drake.trials.result_directory import ResultDirectory, why
 from quadpips_drake.trials.simulated_trial import BREAKDOWNS, SimulatedTrial, SimulationConfig, in_one_line
+from quadpips_drake.trials.telling.narrator import Narrator
 from quadpips_drake.trials.warming.warm_up import warm_up
 from quadpips_drake.visualization.meshcat_layers import draw_course
+from quadpips_drake.visualization.overlay.story import Story
 from quadpips_drake.visualization.recording import make_quiet_meshcat, save_recording, start_recording
+
+AFTERMATH = 1.0
+"""How long a recording goes on after a fall [s]."""
+_FALLS = ("fell", "left_terrain")
 
 
 def record_trial(
@@ -76,7 +82,7 @@ def record_trial(
             except BREAKDOWNS as error:
                 return _refused(config, directory, error)
             if meshcat is not None:
-                draw_course(meshcat, trial.terrain)
+                draw_course(meshcat, trial.terrain, has_goal=trial.HAS_GOAL)
             _begin(config, directory)
             instruments = SimulationProfiler() if profile else None, Explainer() if explain else None
             return _simulate(trial, directory, meshcat if recording else None, instruments, progress, announce)
@@ -127,10 +133,16 @@ def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, instr
     """
     if recorder is not None:
         start_recording(recorder)
-    interrupt, (profiler, explainer) = None, instruments
+    interrupt, (profiler, explainer), narrator = None, instruments, Narrator()
+    watchers = [narrator, explainer] if explainer else [narrator]
+
+    def look(trial: SimulatedTrial) -> None:
+        for watcher in watchers:
+            watcher.look(trial)
+
     try:
         with profiler or nullcontext():
-            trial.run(profiler.watching(progress) if profiler else progress, explainer.look if explainer else None)
+            trial.run(profiler.watching(progress) if profiler else progress, look)
     except KeyboardInterrupt as signal:
         interrupt = signal
     with undisturbed():
@@ -139,14 +151,17 @@ def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, instr
         files = {"result.json": result.save, "log.npz": trial.log.save}
         if trial.traceback:
             files["error.txt"] = lambda path: write_text(path, trial.traceback)
-        if recorder is not None:
-            files["recording.html"] = partial(save_recording, recorder, title=trial.title())
+        story = narrator.finish(trial)
+        if story.tracks:
+            files["story.json"] = story.save
         if explainer is not None:
             files["explain.html"] = lambda path: write_text(path, explanation_of(trial, explainer, result))
         if profiler is not None:
             found = cache(lambda: profile_of(trial, profiler))
             files["profile.json"] = lambda path: found().save_json(path)
             files["profile.html"] = lambda path: found().save_html(path)
+        if recorder is not None:  # last, because the simulation may go on for it
+            files["recording.html"] = lambda path: _save_recording(trial, recorder, story, path)
         failures = _write(files, directory)
     if interrupt is not None:
         if failures:
@@ -157,6 +172,13 @@ def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, instr
     if failures:
         raise UserInputError(f"{result.reason.replace('_', ' ')} after {result.sim_time:.1f} s, but {failures}")
     return result
+
+
+def _save_recording(trial: SimulatedTrial, recorder, story: Story, path: Path) -> None:
+    """Writes recording.html; after a fall it shows what became of the robot."""
+    if trial.verdict is not None and trial.verdict.reason in _FALLS:
+        trial.go_on(AFTERMATH)
+    save_recording(recorder, path, story, robot=trial.robot.name)
 
 
 def _told(trial: SimulatedTrial) -> TrialResult:

@@ -62,6 +62,8 @@ class TrialLog:
         arrays["foothold_leg"] = np.array([int(f.leg) for f, _ in footholds], dtype=int)
         arrays["foothold_position"] = np.array([f.position for f, _ in footholds]).reshape(-1, 3)
         arrays["foothold_touchdown"] = np.array([f.touchdown_time for f, _ in footholds], dtype=float)
+        published = [self.references[i].stamp for _, i in footholds]
+        arrays["foothold_published"] = np.array(published, dtype=float)
         arrays["foothold_plan"] = np.array([i for _, i in footholds], dtype=int)
         return arrays
 

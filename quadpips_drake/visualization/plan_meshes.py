@@ -104,8 +104,8 @@ def plan_mesh(plan: PlanSketch, disc_radius: float = 0.045) -> ColorMesh:
     return mesh
 
 
-def course_mesh(terrain: Terrain, goal_tolerance: float = GOAL_TOLERANCE) -> ColorMesh:
-    """Start (an arrow on the ground) and goal (a ring of the tolerated distance [m] with a pole)."""
+def start_mesh(terrain: Terrain) -> ColorMesh:
+    """The start, an arrow on the ground."""
     truth = GroundTruth(terrain)
     mesh = ColorMesh()
     x, y, yaw = terrain.start
@@ -114,6 +114,13 @@ def course_mesh(terrain: Terrain, goal_tolerance: float = GOAL_TOLERANCE) -> Col
     rotation = yaw_matrix(yaw)[:2, :2]
     for part in (arrow, head):
         mesh.add_polygon(_on_ground(truth, np.array([x, y]) + part @ rotation.T), START_COLOR)
+    return mesh
+
+
+def goal_mesh(terrain: Terrain, goal_tolerance: float = GOAL_TOLERANCE) -> ColorMesh:
+    """The goal, a ring of the tolerated distance [m] with a flag."""
+    truth = GroundTruth(terrain)
+    mesh = ColorMesh()
     angle = np.linspace(0, 2 * np.pi, 49)
     circle = terrain.goal + goal_tolerance * np.column_stack((np.cos(angle), np.sin(angle)))
     mesh.add_tube(_on_ground(truth, circle), 0.012, GOAL_COLOR)
