@@ -9,6 +9,7 @@ from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import (
     Difficulty,
     Explain,
+    Film,
     Latency,
     MeshcatHost,
     NoRecording,
@@ -92,6 +93,7 @@ def run(
     meshcat: Annotated[bool, typer.Option("--meshcat", help="Show the run in a browser; prints the address.")] = False,
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
+    film: Film = None,
     profile: Profile = False,
     explain: Explain = False,
     sets: Sets = None,
@@ -111,7 +113,7 @@ def run(
 
     host = watched_from(meshcat, meshcat_host)
     out = out or default_directory(config)
-    options = {"overwrite": overwrite, "profile": profile, "explain": explain, "meshcat_host": host}
+    options = {"overwrite": overwrite, "profile": profile, "explain": explain, "film": film, "meshcat_host": host}
     raise typer.Exit(run_and_report(run_trial, config, out, recording=not no_recording, **options))
 
 

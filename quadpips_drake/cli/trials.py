@@ -9,6 +9,7 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn
 
 from quadpips_drake.cli import console
+from quadpips_drake.cli.film import make_film_with_progress
 from quadpips_drake.cli.warming import compile_kernels
 from quadpips_drake.errors import UserInputError
 
@@ -30,6 +31,10 @@ Explain = Annotated[
     bool, typer.Option("--explain", help="Also write explain.html: how each plan came about, and what went wrong first.")
 ]
 NoRecording = Annotated[bool, typer.Option("--no-recording", help="Do not write recording.html.")]
+Film = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Also make a film, .mp4 or .gif, at the end; see 'quadpips film --help'."),
+]
 Sets = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value; may be repeated.")]
 Latency = Annotated[
     str | None,
@@ -111,7 +116,15 @@ class RunProgress:
 
 
 def run_and_report(
-    simulate: Callable, config, out: Path, *, recording: bool, overwrite: bool, meshcat_host: str | None, **options
+    simulate: Callable,
+    config,
+    out: Path,
+    *,
+    recording: bool,
+    overwrite: bool,
+    meshcat_host: str | None,
+    film: Path | None = None,
+    **options,
 ) -> int:
     """Runs a trial, prints what came out and returns the exit status.
 
@@ -122,8 +135,13 @@ def run_and_report(
         recording: whether to write recording.html.
         overwrite: whether earlier results in ``out`` may be replaced.
         meshcat_host: address on which a browser can watch the trial; None: no browser.
+        film: where to make a film of it at the end; None: nowhere.
         options: further keyword arguments of ``simulate``.
     """
+    if film is not None:
+        from quadpips_drake.visualization.film.encoding import check_film_name
+
+        check_film_name(film, out)
     browser = None if meshcat_host is None else _meshcat(meshcat_host)
     before = _contents(out)
     try:
@@ -151,6 +169,11 @@ def run_and_report(
         console.say(f"profile:   {out / 'profile.html'} (open it in a browser)")
     if "result.json" in there:
         console.say(f"result:    {out / 'result.json'}")
+    if film is not None:
+        if result.sim_time > 0.0:
+            make_film_with_progress(out, film)
+        else:
+            console.say("film:      none, because the trial never began")
     return console.SUCCESS if result.success else console.FAILURE
 
 

@@ -8,6 +8,7 @@ import typer
 from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import (
     Difficulty,
+    Film,
     Latency,
     MeshcatHost,
     NoRecording,
@@ -83,6 +84,7 @@ def walk(
     ] = False,
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
+    film: Film = None,
     profile: Profile = False,
     sets: Sets = None,
 ):
@@ -99,7 +101,7 @@ def walk(
 
     config = resolve_walk_config(scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
     host = watched_from(meshcat, meshcat_host)
-    options = {"overwrite": overwrite, "profile": profile, "meshcat_host": host, "panel": host is not None}
+    options = {"overwrite": overwrite, "profile": profile, "film": film, "meshcat_host": host, "panel": host is not None}
     raise typer.Exit(
         run_and_report(run_walk, config, out or default_directory(config), recording=not no_recording, **options)
     )

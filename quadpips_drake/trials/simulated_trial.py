@@ -125,6 +125,10 @@ class SimulatedTrial:
         """The Terrain as it is now, with all that has appeared."""
         return self.terrain
 
+    def appeared(self) -> list[list]:
+        """Number in the station, time [s] and X_WE (16 numbers) of each element that has appeared."""
+        return []
+
     def prepare_world(self) -> None:
         """Called before each step; raises UserInputError for what makes no sense now."""
         self.diagram.station.bring_ground_near(self.context)

@@ -27,13 +27,16 @@ LIFT = 0.004
 _SWING_SAMPLES = 14
 
 
-def region_mesh(region_set: RegionSet) -> ColorMesh:
-    """Insets of the regions as polygons with the hull as a darker border, coloured by label."""
+def region_mesh(region_set: RegionSet, *, varied: bool = True) -> ColorMesh:
+    """Insets of the regions as polygons with the hull as a darker border, coloured by label.
+
+    ``varied``: whether neighbours differ in brightness.
+    """
     mesh = ColorMesh()
     for region in region_set.regions:
         color = np.array(REGION_COLORS[Steppability(region.label)])
         # Neighbours differ in brightness, so that one sees where one ends (a fixed pattern by id).
-        color = np.clip(color * (0.85 + 0.3 * ((region.id * 7) % 10) / 9), 0, 1)
+        color = np.clip(color * (0.85 + 0.3 * ((region.id * 7) % 10) / 9), 0, 1) if varied else color
         mesh.add_polygon(_in_world(region.X_WR, region.inset), color)
         mesh.add_outline(_in_world(region.X_WR, region.boundary), region.normal, 0.008, 0.55 * color)
     return mesh

@@ -54,6 +54,7 @@ class Narrator:
         elements = len(trial.present_terrain.elements)
         if elements > self._elements > 0:
             self.story.happen(state.stamp, "something appeared")
+            self.story.note(state.stamp, appeared=trial.appeared())
         self._elements = elements
 
     def _tell_run(self, diagram, context, reference, time: float) -> None:

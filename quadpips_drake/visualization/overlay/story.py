@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.files import write_text
+from quadpips_drake.files import read_json, write_text
 
 
 @dataclass
@@ -57,10 +57,9 @@ class Story:
     def load(path: str | Path) -> "Story":
         """Reads what ``save`` wrote; raises UserInputError where that cannot be."""
         try:
-            found = json.loads(Path(path).read_text(encoding="utf-8"))
-            story = Story(**found)
+            story = Story(**read_json(path))
             tracks = {str(name): [[float(time), value] for time, value in track] for name, track in story.tracks.items()}
-        except (OSError, ValueError, TypeError, AttributeError) as error:
+        except (ValueError, TypeError, AttributeError) as error:
             raise UserInputError(f"{path}: this is no story of a trial ({error}); run the trial again") from None
         story.tracks = tracks
         return story
