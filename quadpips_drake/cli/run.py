@@ -15,6 +15,7 @@ from quadpips_drake.cli.trials import (
     NoRecording,
     Overwrite,
     Profile,
+    Rerun,
     Robot,
     Scenario,
     Seed,
@@ -94,6 +95,7 @@ def run(
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
     film: Film = None,
+    rerun: Rerun = None,
     profile: Profile = False,
     explain: Explain = False,
     sets: Sets = None,
@@ -113,7 +115,14 @@ def run(
 
     host = watched_from(meshcat, meshcat_host)
     out = out or default_directory(config)
-    options = {"overwrite": overwrite, "profile": profile, "explain": explain, "film": film, "meshcat_host": host}
+    options = {
+        "overwrite": overwrite,
+        "profile": profile,
+        "explain": explain,
+        "film": film,
+        "rerun": rerun,
+        "meshcat_host": host,
+    }
     raise typer.Exit(run_and_report(run_trial, config, out, recording=not no_recording, **options))
 
 

@@ -35,6 +35,10 @@ Film = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Also make a film, .mp4 or .gif, at the end; see 'quadpips film --help'."),
 ]
+Rerun = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE.rrd", help="Also write what happens for the viewer Rerun; needs the package rerun-sdk."),
+]
 Sets = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value; may be repeated.")]
 Latency = Annotated[
     str | None,
@@ -124,6 +128,7 @@ def run_and_report(
     overwrite: bool,
     meshcat_host: str | None,
     film: Path | None = None,
+    rerun: Path | None = None,
     **options,
 ) -> int:
     """Runs a trial, prints what came out and returns the exit status.
@@ -136,18 +141,23 @@ def run_and_report(
         overwrite: whether earlier results in ``out`` may be replaced.
         meshcat_host: address on which a browser can watch the trial; None: no browser.
         film: where to make a film of it at the end; None: nowhere.
+        rerun: file of Rerun to write; None: none.
         options: further keyword arguments of ``simulate``.
     """
     if film is not None:
         from quadpips_drake.visualization.film.encoding import check_film_name
 
         check_film_name(film, out)
+    if rerun is not None:
+        from quadpips_drake.visualization.replaying.rerun_stream import check_rerun_name
+
+        check_rerun_name(rerun, out)
     browser = None if meshcat_host is None else _meshcat(meshcat_host)
     before = _contents(out)
     try:
         with RunProgress(config.duration) as progress:
             options |= {"meshcat": browser, "progress": progress, "announce": progress.announce}
-            options["warm_up"] = progress.warm_up
+            options |= {"warm_up": progress.warm_up, "rerun": rerun}
             result = simulate(config, out, recording=recording, overwrite=overwrite, **options)
     except KeyboardInterrupt as interrupt:
         written = [name for name, state in _contents(out).items() if before.get(name) != state]
@@ -169,6 +179,8 @@ def run_and_report(
         console.say(f"profile:   {out / 'profile.html'} (open it in a browser)")
     if "result.json" in there:
         console.say(f"result:    {out / 'result.json'}")
+    if rerun is not None and rerun.is_file():
+        console.say(f"rerun:     {rerun} (open it with: rerun {rerun})")
     if film is not None:
         if result.sim_time > 0.0:
             make_film_with_progress(out, film)

@@ -14,6 +14,7 @@ from quadpips_drake.cli.trials import (
     NoRecording,
     Overwrite,
     Profile,
+    Rerun,
     Robot,
     Scenario,
     Seed,
@@ -85,6 +86,7 @@ def walk(
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
     film: Film = None,
+    rerun: Rerun = None,
     profile: Profile = False,
     sets: Sets = None,
 ):
@@ -101,7 +103,14 @@ def walk(
 
     config = resolve_walk_config(scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
     host = watched_from(meshcat, meshcat_host)
-    options = {"overwrite": overwrite, "profile": profile, "film": film, "meshcat_host": host, "panel": host is not None}
+    options = {
+        "overwrite": overwrite,
+        "profile": profile,
+        "film": film,
+        "rerun": rerun,
+        "meshcat_host": host,
+        "panel": host is not None,
+    }
     raise typer.Exit(
         run_and_report(run_walk, config, out or default_directory(config), recording=not no_recording, **options)
     )

@@ -19,6 +19,7 @@ from quadpips_drake.trials.result import TrialResult, installed_versions
 from quadpips_drake.trials.result_directory import ResultDirectory, why
 from quadpips_drake.trials.simulated_trial import BREAKDOWNS, SimulatedTrial, SimulationConfig, in_one_line
 from quadpips_drake.trials.telling.narrator import Narrator
+from quadpips_drake.trials.telling.rerun_watcher import RerunWatcher
 from quadpips_drake.trials.warming.warm_up import warm_up
 from quadpips_drake.visualization.meshcat_layers import draw_course
 from quadpips_drake.visualization.overlay.story import Story
@@ -38,6 +39,7 @@ def record_trial(
     overwrite: bool = False,
     profile: bool = False,
     explain: bool = False,
+    rerun: Path | None = None,
     meshcat=None,
     progress: Callable[[float], None] | None = None,
     announce: Callable[[str], None] = lambda text: None,
@@ -58,6 +60,7 @@ def record_trial(
         overwrite: whether earlier results in ``out`` may be replaced.
         profile: whether to write profile.html and profile.json: where the computing time of the simulation went.
         explain: whether to write explain.html: how each plan came about, and what went wrong at the end.
+        rerun: file of Rerun (.rrd) to write; None: none.
         meshcat: a Meshcat to show the trial in while it runs; made when a recording is wanted.
         progress: called with the simulated time [s] now and then.
         announce: told what goes on before and after the simulation.
@@ -84,7 +87,8 @@ def record_trial(
             if meshcat is not None:
                 draw_course(meshcat, trial.terrain, has_goal=trial.HAS_GOAL)
             _begin(config, directory)
-            instruments = SimulationProfiler() if profile else None, Explainer() if explain else None
+            watcher = RerunWatcher(rerun, trial) if rerun is not None else None
+            instruments = SimulationProfiler() if profile else None, Explainer() if explain else None, watcher
             return _simulate(trial, directory, meshcat if recording else None, instruments, progress, announce)
 
 
@@ -128,13 +132,13 @@ def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, instr
         trial: that was built.
         directory: for the files.
         recorder: the Meshcat that records it, or None.
-        instruments: a SimulationProfiler or None, an Explainer or None.
+        instruments: a SimulationProfiler or None, an Explainer or None, a RerunWatcher or None.
         progress, announce: see ``record_trial``.
     """
     if recorder is not None:
         start_recording(recorder)
-    interrupt, (profiler, explainer), narrator = None, instruments, Narrator()
-    watchers = [narrator, explainer] if explainer else [narrator]
+    interrupt, (profiler, explainer, rerun), narrator = None, instruments, Narrator()
+    watchers = [watcher for watcher in (narrator, explainer, rerun) if watcher]
 
     def look(trial: SimulatedTrial) -> None:
         for watcher in watchers:
@@ -154,6 +158,8 @@ def _simulate(trial: SimulatedTrial, directory: ResultDirectory, recorder, instr
         story = narrator.finish(trial)
         if story.tracks:
             files["story.json"] = story.save
+        if rerun is not None:
+            rerun.finish(story)
         if explainer is not None:
             files["explain.html"] = lambda path: write_text(path, explanation_of(trial, explainer, result))
         if profiler is not None:

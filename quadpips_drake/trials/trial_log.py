@@ -51,6 +51,10 @@ class TrialLog:
         if is_new and len(reference.times):
             self.references.append(reference)
 
+    def last(self, name: str) -> np.ndarray | None:
+        """An array of the newest sample; None before the first."""
+        return self._rows[-1][name] if self._rows else None
+
     def __len__(self) -> int:
         return len(self._rows)
 

@@ -90,11 +90,15 @@ def swing_paths(reference: WholeBodyReference, robot) -> list[tuple[Leg, np.ndar
 def base_mesh(reference: WholeBodyReference, tube_radius: float = 0.008, samples: int = 60) -> ColorMesh:
     """The path of the base origin."""
     mesh = ColorMesh()
+    mesh.add_tube(base_path(reference, samples), tube_radius, BASE_REFERENCE_COLOR)
+    return mesh
+
+
+def base_path(reference: WholeBodyReference, samples: int = 60) -> np.ndarray:
+    """Positions of the base origin in W [m], (samples, 3)."""
     times = np.linspace(reference.times[0], reference.end_time, samples)
     positions = reference.states[:, CentroidalState.POSITION]
-    path = np.column_stack([np.interp(times, reference.times, column) for column in positions.T])
-    mesh.add_tube(path, tube_radius, BASE_REFERENCE_COLOR)
-    return mesh
+    return np.column_stack([np.interp(times, reference.times, column) for column in positions.T])
 
 
 def plan_mesh(plan: PlanSketch, disc_radius: float = 0.045) -> ColorMesh:
