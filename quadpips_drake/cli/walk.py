@@ -8,11 +8,13 @@ import typer
 from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import (
     Difficulty,
+    Film,
     Latency,
     MeshcatHost,
     NoRecording,
     Overwrite,
     Profile,
+    Rerun,
     Robot,
     Scenario,
     Seed,
@@ -83,6 +85,8 @@ def walk(
     ] = False,
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
+    film: Film = None,
+    rerun: Rerun = None,
     profile: Profile = False,
     sets: Sets = None,
 ):
@@ -100,10 +104,9 @@ def walk(
 
     config = resolve_walk_config(scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
     host = watched_from(meshcat, meshcat_host)
-    options = {"overwrite": overwrite, "profile": profile, "meshcat_host": host, "panel": host is not None}
-    raise typer.Exit(
-        run_and_report(run_walk, config, out or default_directory(config), recording=not no_recording, **options)
-    )
+    wanted = {"overwrite": overwrite, "profile": profile, "film": film, "rerun": rerun, "recording": not no_recording}
+    wanted |= {"meshcat_host": host, "panel": host is not None}
+    raise typer.Exit(run_and_report(run_walk, config, out or default_directory(config), **wanted))
 
 
 def resolve_walk_config(scenario: Path | None, options: dict, sets: list[str]):

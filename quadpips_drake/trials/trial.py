@@ -115,6 +115,9 @@ class Trial(SimulatedTrial):
     def present_terrain(self) -> Terrain:
         return self._spawner.terrain
 
+    def appeared(self) -> list[list]:
+        return self._spawner.places()
+
     def prepare_world(self) -> None:
         """Lets appear what is due."""
         super().prepare_world()

@@ -73,6 +73,7 @@ class WalkTrial(SimulatedTrial):
     """The robot does as it is told, and must not fall."""
 
     SUCCESS = "upright"
+    HAS_GOAL = False
 
     def __init__(
         self,
@@ -125,7 +126,7 @@ class WalkTrial(SimulatedTrial):
             seen.reference,
             velocity_command=read(self.diagram, "velocity_command", self.context),
             gait=gait_number(read(self.diagram, "gait", self.context)),
-            push=force_at(self.config.pushes, state.stamp),
+            push=self.force_on_base(state.stamp),
             **tracking_row(seen),
         )
         self._notes.look(seen)
@@ -136,6 +137,10 @@ class WalkTrial(SimulatedTrial):
     def time_is_up(self) -> Verdict:
         """The robot has not fallen."""
         return Verdict("upright", "")
+
+    def force_on_base(self, time: float) -> np.ndarray:
+        """Sum of the pushes at ``time`` [s], in W [N], (3,)."""
+        return force_at(self.config.pushes, time)
 
     def _feasible(self, velocity: np.ndarray, gait: str) -> np.ndarray:
         """What the legs can do of a velocity command, (3,)."""
