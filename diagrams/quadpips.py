@@ -24,7 +24,7 @@ from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.terrain import Element, Terrain
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.values.images import AffordanceImage
+from quadpips_drake.values.images import AffordanceImage, LabelImage
 from quadpips_drake.values.plans import PlanSketch
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.regions import GroundHeights, RegionSet
@@ -130,7 +130,8 @@ class QuadpipsDiagram(Diagram):
         )
         truth, estimate = add_state_estimate(builder, self._config.state_estimator, setup, sensors)
 
-        self.regions = self._add_regions(builder, {**sensors, "robot_state": estimate})
+        every_label = getattr(self._settings(planners, planner), "every_label", False)
+        self.regions = self._add_regions(builder, {**sensors, "robot_state": estimate}, every_label)
         regions = output_of(self.regions, "region_set", RegionSet)
         self.tracking = builder.AddSystem(TrackingModule(self.robot, self._config.tracking, self._timings))
         goal = builder.AddNamedSystem("goal", ConstantVectorSource(np.asarray(terrain.goal, dtype=float)))
@@ -141,8 +142,9 @@ class QuadpipsDiagram(Diagram):
             "safety_status": self.tracking.GetOutputPort("safety_status"),
             "goal": goal.get_output_port(),
         }
-        if self.regions.HasOutputPort("ground_heights"):
-            sources["ground_heights"] = output_of(self.regions, "ground_heights", GroundHeights)
+        for port, kind in (("ground_heights", GroundHeights), ("label_image", LabelImage)):
+            if self.regions.HasOutputPort(port):
+                sources[port] = output_of(self.regions, port, kind)
         self.planning = self._add_planner(builder, planner, sources)
         reference = output_of(self.planning, "reference", WholeBodyReference)
         builder.Connect(estimate, self.tracking.GetInputPort("robot_state"))
@@ -173,8 +175,8 @@ class QuadpipsDiagram(Diagram):
     def _settings(self, registry, name: str):
         return self._config.section(registry.get(name))
 
-    def _add_regions(self, builder: DiagramBuilder, sources: dict):
-        """Adds the source of regions."""
+    def _add_regions(self, builder: DiagramBuilder, sources: dict, every_label: bool):
+        """Adds the source of regions; ``every_label``: whether the planner wants regions of every label."""
         station, name = self._config.station, self._config.region_source
         setup = RegionSourceSetup(
             robot=self.robot,
@@ -185,6 +187,7 @@ class QuadpipsDiagram(Diagram):
             further_cameras=tuple(station.further_cameras),
             seed=self._seed,
             timings=self._timings,
+            every_label=every_label,
         )
         system = builder.AddSystem(region_sources.get(name).factory(setup))
         connect_by_name(builder, system, sources)
