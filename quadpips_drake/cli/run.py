@@ -61,6 +61,16 @@ Spawn = Annotated[
 ]
 
 
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        parser=console.to_directory,
+        metavar="DIR",
+        help="For the results. Default: out/ROBOT-TERRAIN-PLANNER-SEED and what else differs from the defaults.",
+    ),
+]
+
+
 def run(
     scenario: Scenario = None,
     robot: Robot = None,
@@ -82,14 +92,7 @@ def run(
     ] = None,
     latency: Latency = None,
     threads: Threads = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            parser=console.to_directory,
-            metavar="DIR",
-            help="For the results. Default: out/ROBOT-TERRAIN-PLANNER-SEED and what else differs from the defaults.",
-        ),
-    ] = None,
+    out: Out = None,
     overwrite: Overwrite = False,
     meshcat: Annotated[bool, typer.Option("--meshcat", help="Show the run in a browser; prints the address.")] = False,
     meshcat_host: MeshcatHost = None,

@@ -152,14 +152,7 @@ def run_and_report(
         rerun: file of Rerun to write; None: none.
         options: further keyword arguments of ``simulate``.
     """
-    if film is not None:
-        from quadpips_drake.visualization.film.encoding import check_film_name
-
-        check_film_name(film, out)
-    if rerun is not None:
-        from quadpips_drake.visualization.replaying.rerun_stream import check_rerun_name
-
-        check_rerun_name(rerun, out)
+    _check_names(film, rerun, out)
     browser = None if meshcat_host is None else _meshcat(meshcat_host)
     before = _contents(out)
     try:
@@ -202,6 +195,18 @@ def _tell_files(out: Path, result, film: Path | None, rerun: Path | None) -> Non
             make_film_with_progress(out, film)
         else:
             console.say("film:      none, because the trial never began")
+
+
+def _check_names(film: Path | None, rerun: Path | None, out: Path) -> None:
+    """Raises UserInputError now for what could not be written at the end."""
+    if film is not None:
+        from quadpips_drake.visualization.film.encoding import check_film_name
+
+        check_film_name(film, out)
+    if rerun is not None:
+        from quadpips_drake.visualization.replaying.rerun_stream import check_rerun_name
+
+        check_rerun_name(rerun, out)
 
 
 def resolve(schema: type, other: type, command: str, scenario: Path | None, options: dict, sets: list[str]):

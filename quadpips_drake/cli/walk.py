@@ -47,6 +47,16 @@ Exit status: 0 upright at the end, 1 the trial failed, 2 bad input, 130 Ctrl-C, 
 """
 
 
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        parser=console.to_directory,
+        metavar="DIR",
+        help="For the results. Default: out/ROBOT-TERRAIN-GAIT-SEED and what else differs from the defaults.",
+    ),
+]
+
+
 def walk(
     scenario: Scenario = None,
     robot: Robot = None,
@@ -71,14 +81,7 @@ def walk(
     latency: Latency = None,
     start: Start = None,
     seed: Seed = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            parser=console.to_directory,
-            metavar="DIR",
-            help="For the results. Default: out/ROBOT-TERRAIN-GAIT-SEED and what else differs from the defaults.",
-        ),
-    ] = None,
+    out: Out = None,
     overwrite: Overwrite = False,
     meshcat: Annotated[
         bool, typer.Option("--meshcat", help="Show the walk in a browser, with sliders for velocity and gait.")

@@ -110,9 +110,8 @@ def test_sigterm_ends_a_walk_with_its_files_though_it_comes_twice(tmp_path):
         finally:
             walk.kill()
     assert walk.returncode in (130, 143), "whichever the system delivers first"
-    assert (
-        f"interrupted; what was simulated so far lies in {tmp_path}: config.yaml, log.npz, report.html, result.json, story.json" in errors
-    )
+    files = "config.yaml, log.npz, report.html, result.json, story.json"
+    assert f"interrupted; what was simulated so far lies in {tmp_path}: {files}" in errors
     result = json.loads((tmp_path / "result.json").read_text())
     assert (result["success"], result["reason"]) == (False, "interrupted")
     with np.load(tmp_path / "log.npz") as log:

@@ -59,6 +59,8 @@ class RerunWatcher:
                     self._stream.set_time(TIMELINE, duration=time)
                     level = "WARN" if name == "event" else "INFO"
                     self._stream.log("events", self._rerun.TextLog(f"{name}: {value}", level=level))
+        if self.problem:
+            self._stream.log("events", self._rerun.TextLog(f"nothing more was written, {self.problem}", level="ERROR"))
         if story.verdict:
             self._stream.set_time(TIMELINE, duration=story.end)
             self._stream.log("events", self._rerun.TextLog(story.verdict, level="INFO"))
