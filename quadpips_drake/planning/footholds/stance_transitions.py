@@ -109,19 +109,28 @@ def step_aims(feet, swinging, yaw, path, remaining, model):
 
 
 @njit(cache=True)
+def _add_labels(points, normals, regions, scores, count, model, mask):
+    """Returns the units of the labels of the first ``count`` footholds, and adds to their ``scores`` what these cost."""
+    units = np.zeros(count)
+    if mask.weight > 0.0:
+        for i in range(count):
+            units[i] = foothold_units(points, normals, regions, i, model.foot_radius, mask)
+            scores[i] += mask.weight * units[i]
+    return units
+
+
+@njit(cache=True)
 def leg_candidates(leg, foot, normal, region, aims, p_WB, R_WB, table, model, mask):
     """Returns the footholds that leg ``leg`` may swing to, best first.
 
     Args:
         foot, normal, region: ground point (3,), normal (3,) and region index of the foot now; it may come down there again.
         aims: poses (x, y, yaw) under which it would like to stand, (m, 3).
-        p_WB, R_WB: nominal base of the present stance.
-        mask: FootholdLabels.
+        p_WB, R_WB: nominal base of the present stance. mask: FootholdLabels.
 
     Returns:
         Points (k, 3), normals (k, 3), region indices (k,), units of their labels (k,), k <= candidates_per_leg. The order is
-        by the distance between a foothold and the aim for which it was chosen, and by what its label costs more than the
-        best.
+        by the distance between a foothold and the aim for which it was chosen, and by what its labels cost.
     """
     m, n = len(aims), len(table.origins)
     wanted = np.empty((m, 2))
@@ -168,11 +177,7 @@ def leg_candidates(leg, foot, normal, region, aims, p_WB, R_WB, table, model, ma
             normals[count, 0], normals[count, 1], normals[count, 2] = up_x, up_y, up_z
             indices[count], scores[count] = k, score
             count += 1
-    units = np.zeros(count)
-    if mask.weight > 0.0:
-        for i in range(count):
-            units[i] = foothold_units(points, normals, indices, i, model.foot_radius, mask)
-            scores[i] += mask.weight * units[i]
+    units = _add_labels(points, normals, indices, scores, count, model, mask)
     order = np.argsort(scores[:count], kind="mergesort")[: model.candidates_per_leg]
     return points[order], normals[order], indices[order], units[order]
 
@@ -228,8 +233,7 @@ def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, ta
         feet, normals, regions: the present stance, (4, 3), (4, 3), (4,) indices into ``table``.
         swing_legs: the one or two legs that swing.
         p_WB, rpy_WB: nominal base of the present stance.
-        path, remaining: see ``distance_to_go``.
-        mask: FootholdLabels.
+        path, remaining: see ``distance_to_go``. mask: FootholdLabels.
 
     Returns:
         feet (k, 4, 3), normals (k, 4, 3), regions (k, 4), base positions (k, 3), rpy (k, 3), edge costs (k,), ways to go
@@ -246,8 +250,7 @@ def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, ta
     most = len(points_a) * len(points_b)
     out_feet, out_normals, out_regions = np.empty((most, 4, 3)), np.empty((most, 4, 3)), np.empty((most, 4), dtype=np.int64)
     out_p, out_rpy, costs, ways = np.empty((most, 3)), np.empty((most, 3)), np.empty(most), np.empty(most)
-    by_labels = np.zeros(most)
-    refused, centers = np.zeros(len(REJECTIONS), dtype=np.int64), np.empty((4, 3))
+    by_labels, refused, centers = np.empty(most), np.zeros(len(REJECTIONS), dtype=np.int64), np.empty((4, 3))
     waypoint_yaw = path[-1, 2]
     facing = np.cos(rpy_WB[2] - waypoint_yaw)
     k = 0  # a refused combination leaves its place to the next one
@@ -276,9 +279,8 @@ def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, ta
             store(out_rpy[k], new_rpy)
             costs[k] = edge_cost(feet, out_feet[k], swinging, p_WB, rpy_WB, new_p, new_rpy, model)
             costs[k] += model.support_weight * aside * aside
-            if mask.weight > 0.0:
-                by_labels[k] = label_cost(standing + units_a[a] + units_b[b], mask)
-                costs[k] += by_labels[k]
+            by_labels[k] = label_cost(standing + units_a[a] + units_b[b], mask)
+            costs[k] += by_labels[k]
             ways[k], _ = distance_to_go(new_p[0], new_p[1], new_rpy[2], path, remaining, model.yaw_weight)
             k += 1
     return (

@@ -40,15 +40,13 @@ def search_torso_path(
     its place; see ``choose_subgoal``.
 
     Args:
-        p_WB: position of the base in W [m], (3,).
-        yaw: its yaw [rad].
+        p_WB, yaw: position of the base in W [m], (3,), and its yaw [rad].
         goal_xy: goal of the torso in W [m], (2,).
         level: of escalation, handed on with the path.
         exploration: what was tried before; nothing by default.
         every_label: whether regions of every label are ground, not only those that are steppable or unknown.
 
-    Returns:
-        The path, its first pose the robot's own; without poses and with a reason when there is none.
+    Returns the path, its first pose the robot's own; without poses and with a reason when there is none.
     """
     p_WB, goal_xy, yaw = np.asarray(p_WB, dtype=float), np.asarray(goal_xy, dtype=float), float(yaw)
     exploration = exploration or Exploration().standing_at((*p_WB[:2], yaw), goal_xy)
