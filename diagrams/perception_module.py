@@ -40,22 +40,22 @@ class PerceptionModule(Diagram):
         - labels_<camera> (optional)
         output_ports:
         - affordance_image
+        - label_image (optional)
         - egocan
         - ground_heights
         - superpixels
         - region_set
-        - label_image (optional)
 
     - robot_state: RobotState at the time of the images, frame W.
     - depth_image, and depth_image_<camera> for each further camera: ImageDepth32F, as the renderer made it [m].
     - labels, labels_<camera>: LabelImage; not there with the SteppabilitySegmenter. Without labels all ground is of UNKNOWN
       steppability and judged by geometry.
     - affordance_image: AffordanceImage of the first camera.
+    - label_image: LabelImage, the newest of the first camera's SteppabilitySegmenter.
     - egocan: EgocanImage, frame E.
     - ground_heights: GroundHeights that the egocan remembers, frame W.
     - superpixels: SuperpixelImage, frame E.
     - region_set: RegionSet, frame W.
-    - label_image: LabelImage, the newest of the first camera's SteppabilitySegmenter.
     """
 
     def __init__(
