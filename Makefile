@@ -19,8 +19,9 @@ help:  ## Show this list
 setup: $(STAMP)  ## Build or update .venv (done by the other targets when needed), compile numerical kernels
 	-@$(BIN)/python -m quadpips_drake.cli.main doctor --warm
 
-run: $(STAMP)  ## ANYmal C crosses stepping stones by its own camera; prints where the recording lies
-	$(BIN)/python -m quadpips_drake.cli.main run --overwrite $(ARGS)
+run: $(STAMP)  ## ANYmal C crosses stepping stones by its own camera; prints where recording, report and film lie
+	@mkdir -p out
+	$(BIN)/python -m quadpips_drake.cli.main run --overwrite --film out/film.mp4 $(ARGS)
 
 test: lint  ## Lint, format check and all tests
 	-@$(BIN)/python -m quadpips_drake.cli.main doctor --warm

@@ -21,6 +21,7 @@ from quadpips_drake.timing import StageTimings
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND
 from quadpips_drake.visualization.walk_panel_system import WalkPanel
+from quadpips_drake.visualization.walk_visualizer_system import WalkVisualizer
 
 
 @configuration
@@ -119,8 +120,7 @@ class WalkDiagram(Diagram):
             source = builder.AddSystem(PushSource(pushes, base, self.robot.tree.link_com[0]))
             builder.Connect(source.get_output_port(), self.station.GetInputPort("applied_spatial_force"))
         if meshcat is not None:
-            params = MeshcatVisualizerParams(publish_period=1.0 / FRAMES_PER_SECOND)
-            MeshcatVisualizer.AddToBuilder(builder, self.station.GetOutputPort("query_object"), meshcat, params)
+            self._add_visualizers(builder, meshcat, truth, pushes)
         if panel:
             follower = builder.AddSystem(CameraFollower(robot, meshcat))
             builder.Connect(truth, follower.get_input_port())
@@ -131,6 +131,14 @@ class WalkDiagram(Diagram):
     def set_initial_state(self, root_context, start) -> None:
         """Stands the robot on the terrain at ``start`` (x, y [m], yaw [rad]); raises UserInputError where it cannot."""
         self.station.set_initial_state(root_context, *start)
+
+    def _add_visualizers(self, builder: DiagramBuilder, meshcat, truth, pushes: list[Push]) -> None:
+        period = 1.0 / FRAMES_PER_SECOND
+        query, params = self.station.GetOutputPort("query_object"), MeshcatVisualizerParams(publish_period=period)
+        MeshcatVisualizer.AddToBuilder(builder, query, meshcat, params)
+        arrows = builder.AddSystem(WalkVisualizer(self.robot, meshcat, pushes, period=period))
+        builder.Connect(truth, arrows.GetInputPort("robot_state"))
+        builder.Connect(self.command.GetOutputPort("velocity_command"), arrows.GetInputPort("velocity_command"))
 
     def _export(self, builder: DiagramBuilder, truth, state) -> None:
         builder.ExportOutput(truth, "true_robot_state")

@@ -16,6 +16,7 @@ th, td { padding: 2px 14px 2px 0; text-align: right; border-bottom: 1px solid #d
 .tables { display: flex; flex-wrap: wrap; gap: 0 64px; }
 .first { background: #fbe9e7; }
 .story { font-size: 17px; border-left: 4px solid #d32f2f; padding: 4px 14px; max-width: 70em; }
+.good { border-left-color: #388e3c; }
 img { max-width: 100%; }
 iframe { width: 100%; height: 900px; border: 1px solid #ccc; }
 """
@@ -45,6 +46,8 @@ def table(head: tuple[str, ...], rows: Iterable[tuple], text: tuple[int, ...] = 
 def picture(figure: Figure, alternative: str, dpi: int = 90) -> str:
     """A figure as an image in the page; ``alternative``: what it shows, in words."""
     data = io.BytesIO()
-    figure.savefig(data, dpi=dpi, format="png", bbox_inches="tight", metadata={"Software": None})
+    # A layout engine leaves no margins to be cut off, and cutting them means to draw everything twice.
+    margins = None if figure.get_layout_engine() is not None else "tight"
+    figure.savefig(data, dpi=dpi, format="png", bbox_inches=margins, metadata={"Software": None})
     encoded = base64.b64encode(data.getvalue()).decode()
     return f'<img alt="{escape(alternative)}" src="data:image/png;base64,{encoded}">'

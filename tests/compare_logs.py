@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-FOOTHOLDS = "foothold_"
-"""Arrays with one row for each foothold begin so; all others have one for each sample of ``time``."""
+OTHERS = {"foothold_": "foothold_touchdown", "note_": "note_time", "appeared_": "appeared_time"}
+"""How the names of arrays begin that have rows of their own, and which of them has their times; all others have one row for
+each sample of ``time``."""
 
 
 def read_log(place: Path) -> dict[str, np.ndarray]:
@@ -26,8 +27,12 @@ def cut(log: dict[str, np.ndarray], until: float) -> dict[str, np.ndarray]:
     """The log of the same trial if it had ended at ``until`` [s]."""
     samples = log["time"] <= until
     # A plan made after the end has no touch-down before it.
-    touched = log.get(FOOTHOLDS + "touchdown", np.zeros(0)) <= until
-    return {name: array[touched if name.startswith(FOOTHOLDS) else samples] for name, array in log.items()}
+    kept = {kind: log.get(times, np.zeros(0)) <= until for kind, times in OTHERS.items()}
+
+    def rows(name: str) -> np.ndarray:
+        return next((mask for kind, mask in kept.items() if name.startswith(kind)), samples)
+
+    return {name: array[rows(name)] for name, array in log.items()}
 
 
 def differences(a: dict[str, np.ndarray], b: dict[str, np.ndarray], prefix: bool = False) -> list[str]:
@@ -38,6 +43,8 @@ def differences(a: dict[str, np.ndarray], b: dict[str, np.ndarray], prefix: bool
     lines = [f"{name}: only in one of the logs" for name in sorted(a.keys() ^ b.keys())]
     for name in [name for name in a if name in b]:
         one, other = a[name], b[name]
+        if one.dtype.kind == other.dtype.kind == "U":  # as long as the longest text
+            one, other = (array.astype(object) for array in (one, other))
         if one.dtype != other.dtype or one.shape != other.shape:
             lines.append(f"{name}: {one.dtype}{list(one.shape)} and {other.dtype}{list(other.shape)}")
             continue
@@ -46,11 +53,17 @@ def differences(a: dict[str, np.ndarray], b: dict[str, np.ndarray], prefix: bool
             different &= ~(np.isnan(one) & np.isnan(other))
         if different.any():
             first = np.unravel_index(np.argmax(different), one.shape)
-            gap = np.nanmax(np.abs(one.astype(float) - other.astype(float)), initial=0.0)
             where = "".join(f"[{i}]" for i in first)
-            count = f"{different.sum()} of {different.size} differ, by {gap:.3g} at most"
+            count = f"{different.sum()} of {different.size} differ{_largest_gap(one, other)}"
             lines.append(f"{name}{where}: {one[first]!s} and {other[first]!s}; {count}")
     return lines
+
+
+def _largest_gap(one: np.ndarray, other: np.ndarray) -> str:
+    """By how much numbers differ, in words; nothing for texts."""
+    if one.dtype.kind == "O":
+        return ""
+    return f", by {np.nanmax(np.abs(one.astype(float) - other.astype(float)), initial=0.0):.3g} at most"
 
 
 def _bits(array: np.ndarray) -> np.ndarray:

@@ -58,3 +58,17 @@ def test_the_exit_status_tells(tmp_path, capsys, samples, options, status):
 def test_what_is_not_there_cannot_be_compared(tmp_path, capsys):
     assert main([str(tmp_path), str(tmp_path)]) == 2
     assert "cannot be compared" in capsys.readouterr().err
+
+
+def test_notes_are_compared_as_far_as_both_trials_went():
+    def noted(samples, *notes):
+        times, texts = zip(*notes, strict=True)
+        return _log(samples, note_time=np.array(times), note_text=np.array(texts))
+
+    short, longer = noted(6, (0.1, "a")), noted(12, (0.1, "a"), (0.9, "a longer one"))
+    assert (
+        differences(short | {"foothold_touchdown": np.array([0.1, 0.4]), "foothold_leg": np.arange(2)}, longer, prefix=True)
+        == []
+    )
+    (line,) = differences(noted(6, (0.1, "a")), noted(6, (0.1, "b")))
+    assert line == "note_text[0]: a and b; 1 of 1 differ"

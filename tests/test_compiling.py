@@ -106,6 +106,32 @@ def test_processes_that_compile_one_kernel_at_the_same_time_lose_nothing(tmp_pat
     assert start("1", "1.5").communicate("\n", timeout=60)[0] == "2 3.0\n2 found\n"
 
 
+FEET = """
+import numpy as np
+from quadpips_drake import compiling
+from quadpips_drake.robots.robot_library import load_robot
+
+robot, random = load_robot("anymal_c"), np.random.default_rng(1)
+p_WB, rpy = random.normal(0.0, 0.05, (50, 3)), random.normal(0.0, 0.2, (50, 3))
+feet = robot.nominal_footholds_B + random.normal(0.0, 0.05, (50, 4, 3))
+joints, reached = robot.joints_following(p_WB, rpy, feet, robot.nominal_joints)
+print((joints.sum(axis=1) @ np.sin(np.arange(50.0))).hex(), joints[17, 5].hex(), reached.sum())
+print(any(sum(kernel.stats.cache_hits.values()) for kernel in compiling._kernels()))
+"""
+
+
+def test_code_that_was_compiled_before_computes_the_same_bits(tmp_path):
+    def run():
+        environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+        return subprocess.run(
+            [sys.executable, "-c", FEET], env=environment, capture_output=True, text=True, check=True
+        ).stdout
+
+    (cold, cold_hits), (warm, warm_hits) = run().splitlines(), run().splitlines()
+    assert (cold_hits, warm_hits) == ("False", "True")
+    assert cold == warm
+
+
 def test_warmth_is_remembered_until_sources_change(tmp_path, monkeypatch):
     monkeypatch.setattr(compiling, "_anchor", SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path))))
     assert not compiling.are_warm("some stages")

@@ -9,11 +9,13 @@ from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import (
     Difficulty,
     Explain,
+    Film,
     Latency,
     MeshcatHost,
     NoRecording,
     Overwrite,
     Profile,
+    Rerun,
     Robot,
     Scenario,
     Seed,
@@ -59,6 +61,16 @@ Spawn = Annotated[
 ]
 
 
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        parser=console.to_directory,
+        metavar="DIR",
+        help="For the results. Default: out/ROBOT-TERRAIN-PLANNER-SEED and what else differs from the defaults.",
+    ),
+]
+
+
 def run(
     scenario: Scenario = None,
     robot: Robot = None,
@@ -80,25 +92,21 @@ def run(
     ] = None,
     latency: Latency = None,
     threads: Threads = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            parser=console.to_directory,
-            metavar="DIR",
-            help="For the results. Default: out/ROBOT-TERRAIN-PLANNER-SEED and what else differs from the defaults.",
-        ),
-    ] = None,
+    out: Out = None,
     overwrite: Overwrite = False,
     meshcat: Annotated[bool, typer.Option("--meshcat", help="Show the run in a browser; prints the address.")] = False,
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
+    film: Film = None,
+    rerun: Rerun = None,
     profile: Profile = False,
     explain: Explain = False,
     sets: Sets = None,
 ):
     """Let a robot walk from start to goal by its own camera, in simulation.
 
-    Writes result.json, recording.html (opens offline in a browser), config.yaml (all values used) and log.npz into DIR.
+    Writes result.json, report.html and recording.html (open offline in a browser), config.yaml (all values used) and log.npz
+    into DIR.
     """
     options = {"robot": robot, "terrain": terrain, "planner": planner, "seed": seed, "duration": duration}
     options |= {"latency": latency, "threads": threads, "difficulty": difficulty}
@@ -109,10 +117,9 @@ def run(
     config = resolve_trial_config(scenario, {k: v for k, v in options.items() if v is not None}, chosen + (sets or []))
     from quadpips_drake.trials.trial import run_trial
 
-    host = watched_from(meshcat, meshcat_host)
-    out = out or default_directory(config)
-    options = {"overwrite": overwrite, "profile": profile, "explain": explain, "meshcat_host": host}
-    raise typer.Exit(run_and_report(run_trial, config, out, recording=not no_recording, **options))
+    wanted = {"overwrite": overwrite, "profile": profile, "explain": explain, "film": film, "rerun": rerun}
+    wanted |= {"meshcat_host": watched_from(meshcat, meshcat_host), "recording": not no_recording}
+    raise typer.Exit(run_and_report(run_trial, config, out or default_directory(config), **wanted))
 
 
 def resolve_trial_config(scenario: Path | None, options: dict, sets: list[str]):

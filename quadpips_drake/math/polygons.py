@@ -22,7 +22,7 @@ def convex_hull(points):
                 continue
             while size > floor and _turn(chain[size - 2], chain[size - 1], p) <= 1e-12:
                 size -= 1
-            chain[size] = p
+            chain[size, 0], chain[size, 1] = p[0], p[1]
             size += 1
         floor = size
     size -= 1  # the first point comes again as the last
@@ -45,7 +45,7 @@ def clip_half_plane(polygon, nx, ny, offset):
         dp = nx * p[0] + ny * p[1] - offset
         dq = nx * q[0] + ny * q[1] - offset
         if dp <= 0 and size <= n:
-            result[size] = p
+            result[size, 0], result[size, 1] = p[0], p[1]
             size += 1
         if (dp < 0 < dq or dq < 0 < dp) and size <= n:
             t = dp / (dp - dq)
@@ -134,7 +134,7 @@ def simplify(polygon, max_vertices):
             if area < least:
                 least, index = area, k
         for k in range(index, size - 1):
-            result[k] = result[k + 1]
+            result[k, 0], result[k, 1] = result[k + 1, 0], result[k + 1, 1]
         size -= 1
     return result[:size].copy()
 

@@ -65,6 +65,14 @@ def store(out, a):
 
 
 @njit(cache=True)
+def store_matrix(out, a):
+    """out[:, :] = a, as a loop: to compile numba's own assignment takes a second, for the message when shapes differ."""
+    for i in range(a.shape[0]):
+        for j in range(a.shape[1]):
+            out[i, j] = a[i, j]
+
+
+@njit(cache=True)
 def accumulate(out, a):
     """out[:3] += a."""
     out[0] += a[0]

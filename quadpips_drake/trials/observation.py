@@ -4,9 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quadpips_drake.sensing.contact_sensing import touching_links
+from quadpips_drake.sensing.contact_sensing import links_touching_each_other, touching_links
+from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.robot_state import RobotState
+from quadpips_drake.values.status import SafetyStatus
 from quadpips_drake.values.whole_body_command import WholeBodyCommand
 
 
@@ -30,6 +32,12 @@ class Observation:
     """How often tracking had to fall back so far: {stage: count}."""
     instabilities: dict
     """How often what has made the robot unstable: {"unstable_<event>": count}."""
+    mpc_policy: MpcPolicy
+    """What the MPC asks for."""
+    safety_status: SafetyStatus
+    """What the safety monitor makes of it."""
+    itself: tuple
+    """Pairs of names of its own links that touch each other."""
 
 
 def read(diagram, port: str, context):
@@ -48,7 +56,8 @@ def observe(diagram, context) -> Observation:
     policy, wbc = read(diagram, "mpc_policy", context), read(diagram, "wbc_status", context)
     safety = read(diagram, "safety_status", context)
     instabilities = {f"unstable_{event}": count for event, count in safety.counts_by_event().items()}
-    links = touching_links(read(diagram, "contact_results", context), diagram.station.contact_geometries)
+    contacts, geometries = read(diagram, "contact_results", context), diagram.station.contact_geometries
+    links = touching_links(contacts, geometries)
     return Observation(
         robot_state=state,
         foot_positions=diagram.robot.foot_positions_W(state),
@@ -62,4 +71,7 @@ def observe(diagram, context) -> Observation:
             **instabilities,
         },
         instabilities=instabilities,
+        mpc_policy=policy,
+        safety_status=safety,
+        itself=tuple(links_touching_each_other(contacts, geometries)),
     )

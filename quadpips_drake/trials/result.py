@@ -46,6 +46,9 @@ class TrialResult:
     walk: dict = field(default_factory=dict)
     """How well a walk followed its commands, see ``walk_statistics``; empty for a run."""
     versions: dict = field(default_factory=dict)
+    cause: dict = field(default_factory=dict)
+    """After a failure, the most likely one: ``cause``, ``time`` [s] since when, ``text`` (what was measured), ``system``,
+    ``keys`` of the configuration; see ``reporting``. Empty where there is none."""
 
     def __post_init__(self):
         if self.reason not in REASONS:

@@ -26,7 +26,7 @@ PROGRESS_PERIOD = 0.5
 """Between two entries of result.json's progress [s]."""
 
 MAX_SAMPLES = 300_000
-"""Longest log: a sample takes some 3 kB of memory."""
+"""Longest log: a sample takes some 2 kB of memory."""
 
 
 @configuration
@@ -82,6 +82,8 @@ class SimulatedTrial:
 
     SUCCESS = ""
     """The reason that means success."""
+    HAS_GOAL = True
+    """Whether it is about reaching the terrain's goal."""
 
     def __init__(self, config: SimulationConfig, terrain, diagram, timings: StageTimings, judge: TrialJudge):
         """Args: what to run; the world; the diagram of all (``set_initial_state``, ``observe``); its timings; the judge."""
@@ -122,6 +124,10 @@ class SimulatedTrial:
     def present_terrain(self):
         """The Terrain as it is now, with all that has appeared."""
         return self.terrain
+
+    def appeared(self) -> list[list]:
+        """Number in the station, time [s] and X_WE (16 numbers) of each element that has appeared."""
+        return []
 
     def prepare_world(self) -> None:
         """Called before each step; raises UserInputError for what makes no sense now."""
@@ -171,6 +177,16 @@ class SimulatedTrial:
                 self._background.close()
                 compute_in_background(self.diagram, None)
         return self.verdict
+
+    def go_on(self, duration: float) -> None:
+        """Simulates on for ``duration`` [s] after the verdict, for those who watch; nothing is logged or judged any more."""
+        step, start = 1.0 / self.config.log_rate, self.context.get_time()
+        try:
+            for tick in range(1, round(duration / step) + 1):
+                self.prepare_world()
+                self.simulator.AdvanceTo(start + tick * step)
+        except (UserInputError, *BREAKDOWNS):
+            return  # what lies on the ground may break off; the verdict stands
 
     def note_progress(self, stamp: float, fraction: float) -> None:
         """Enters ``fraction`` (0..1) into the result's progress, every PROGRESS_PERIOD."""

@@ -21,6 +21,9 @@ from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, problem_with_trial_start
 from quadpips_drake.trials.spawning.spawner import Spawner, parse_spawns
 from quadpips_drake.trials.trial_options import default_stages
+from quadpips_drake.trials.watching.notes import NoteTaker
+from quadpips_drake.trials.watching.sight import Sight
+from quadpips_drake.trials.watching.tracking_row import tracking_row
 from quadpips_drake.trials.world import world_of
 
 
@@ -105,11 +108,15 @@ class Trial(SimulatedTrial):
         )
         super().__init__(config, terrain, diagram, timings, TrialJudge(terrain, config.judge))
         self._spawner = Spawner(spawns, diagram, terrain)
+        self._notes, self._sight = NoteTaker(self.log), Sight(diagram.regions)
         self.use_threads(config.threads)
 
     @property
     def present_terrain(self) -> Terrain:
         return self._spawner.terrain
+
+    def appeared(self) -> list[list]:
+        return self._spawner.places()
 
     def prepare_world(self) -> None:
         """Lets appear what is due."""
@@ -117,12 +124,22 @@ class Trial(SimulatedTrial):
         time, reference = self.context.get_time(), read(self.diagram, "reference", self.context)
         if self._spawner.advance(self.context, time, reference):
             self.judge.look_at(self._spawner.terrain)
+            new = [elements for at, elements in self._spawner.appeared() if at == time]
+            self.log.appeared += [(time, *element.bounds()) for elements in new for element in elements.elements]
 
     def sample(self) -> Verdict | None:
         """Logs the present moment and judges it."""
         observation, status = observe(self.diagram, self.context), read(self.diagram, "status", self.context)
         state = observation.robot_state
-        self.log.append(state, observation.foot_positions, observation.reference, phase=status.phase.number)
+        self.log.append(
+            state,
+            observation.foot_positions,
+            observation.reference,
+            phase=status.phase.number,
+            **tracking_row(observation),
+            **self._sight.row(self.diagram, self.context),
+        )
+        self._notes.look(observation, status, self._foothold_plan())
         self._spawner.watch(self.context, state.stamp)
         initial = np.linalg.norm(self.start[:2] - np.asarray(self.terrain.goal))
         self.note_progress(state.stamp, 1.0 - self.judge.distance_to_goal(state) / max(initial, 1e-9))
@@ -131,6 +148,13 @@ class Trial(SimulatedTrial):
         if verdict is None and status.gave_up:
             verdict = Verdict("no_plan", status.reason)
         return verdict
+
+    def _foothold_plan(self):
+        """The FootholdPlan of the last request; None where the planner has no such port."""
+        planner = self.diagram.planning
+        if not planner.HasOutputPort("foothold_plan"):
+            return None
+        return read(planner, "foothold_plan", planner.GetMyContextFromRoot(self.context))
 
     def time_is_up(self) -> Verdict:
         """The goal has not been reached."""

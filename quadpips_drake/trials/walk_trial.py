@@ -23,6 +23,8 @@ from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, problem_with_trial_start
 from quadpips_drake.trials.trial_options import default_stages
 from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
+from quadpips_drake.trials.watching.notes import NoteTaker
+from quadpips_drake.trials.watching.tracking_row import tracking_row
 from quadpips_drake.trials.world import world_of
 
 
@@ -71,6 +73,7 @@ class WalkTrial(SimulatedTrial):
     """The robot does as it is told, and must not fall."""
 
     SUCCESS = "upright"
+    HAS_GOAL = False
 
     def __init__(
         self,
@@ -108,7 +111,7 @@ class WalkTrial(SimulatedTrial):
         )
         super().__init__(config, terrain, diagram, timings, TrialJudge(terrain, config.judge, has_goal=False))
         self.log.keep_references = False
-        self._footholds = FootholdBook()
+        self._footholds, self._notes = FootholdBook(), NoteTaker(self.log)
         if panel:
             self.simulator.set_target_realtime_rate(1.0)
 
@@ -123,10 +126,10 @@ class WalkTrial(SimulatedTrial):
             seen.reference,
             velocity_command=read(self.diagram, "velocity_command", self.context),
             gait=gait_number(read(self.diagram, "gait", self.context)),
-            push=force_at(self.config.pushes, state.stamp),
-            planned_forces=seen.command.forces,
-            foot_modes=seen.command.foot_modes,
+            push=self.force_on_base(state.stamp),
+            **tracking_row(seen),
         )
+        self._notes.look(seen)
         self.note_progress(state.stamp, state.stamp / self.config.duration)
         bottoms = self.robot.soles_W(seen.foot_positions)
         return self.judge(state, bottoms, seen.body_touches)
@@ -134,6 +137,10 @@ class WalkTrial(SimulatedTrial):
     def time_is_up(self) -> Verdict:
         """The robot has not fallen."""
         return Verdict("upright", "")
+
+    def force_on_base(self, time: float) -> np.ndarray:
+        """Sum of the pushes at ``time`` [s], in W [N], (3,)."""
+        return force_at(self.config.pushes, time)
 
     def _feasible(self, velocity: np.ndarray, gait: str) -> np.ndarray:
         """What the legs can do of a velocity command, (3,)."""

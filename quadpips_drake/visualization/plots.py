@@ -99,8 +99,9 @@ def feet_figure(log: Mapping, terrain: Terrain | None = None, foot_radius: float
         axes, color = rows[leg], LEG_COLORS[leg]
         axes.plot(time, feet[:, leg, 2] - foot_radius, color=color)
         if truth is not None:
-            ground = truth.nearest_walkable_height(feet[:, leg, 0], feet[:, leg, 1])
-            axes.plot(time, ground, color="0.5", linewidth=0.9)
+            known = np.isfinite(feet[:, leg, :2]).all(axis=1)  # not where a simulation has broken down
+            ground = truth.nearest_walkable_height(*feet[known, leg, :2].T)
+            axes.plot(time[known], ground, color="0.5", linewidth=0.9)
         axes.set_ylabel(f"{leg.name} z [m]")
         if "contact_forces" in log:
             rows[4].plot(time, np.asarray(log["contact_forces"])[:, leg, 2], color=color, linewidth=0.8, label=leg.name)

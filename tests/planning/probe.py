@@ -1,6 +1,7 @@
 """Probe of the searches without a simulation: from the start plan after plan to the goal, over exact regions.
 
     python -m tests.planning.probe --robot anymal_c beam:0.25 trench:0.4 flat:180 [--set footholds.max_swing=0.5] [--camera]
+    python -m tests.planning.probe --robot go2 --camera go2_ramped_stones:0 sparse_stones:3       any of the library, by seed
 
 Each plan starts where the last one ended, with its feet exactly there. ``--camera`` shows the planners only what a front
 camera and its memory would know; else everything within 1.9 m. One line a world: plans, failures, expansions, times.
@@ -18,6 +19,7 @@ from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.planning.torso.subgoals import Exploration
 from quadpips_drake.planning.torso.torso_search import search_torso_path
 from quadpips_drake.robots.robot_library import load_robot, robot_defaults_layer
+from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.values.regions import RegionSet
 from tests.planning import worlds
 from tests.planning.probe_worlds import WORLDS
@@ -148,6 +150,13 @@ def walk(terrain, robot, config: PlanningConfig, *, camera=False, max_plans=40) 
     return report
 
 
+def _world(kind: str, numbers: list[str]):
+    """A small world with its number, or a terrain of the library with its seed."""
+    if kind in WORLDS:
+        return WORLDS[kind](*map(float, numbers))
+    return load_terrain(kind, seed=int(numbers[0]) if numbers else 0)
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("worlds", nargs="+")
@@ -167,7 +176,7 @@ def main():
     robot, config = load_robot(args.robot), planning_config(args.robot, **changes)
     for name in args.worlds:
         kind, *numbers = name.split(":")
-        report = walk(WORLDS[kind](*map(float, numbers)), robot, config, camera=args.camera)
+        report = walk(_world(kind, numbers), robot, config, camera=args.camera)
         print(report.line(name), flush=True)
 
 

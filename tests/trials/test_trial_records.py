@@ -5,9 +5,10 @@ import json
 import numpy as np
 import pytest
 
+from quadpips_drake.trials import trial_log
 from quadpips_drake.trials.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.result import TrialResult, installed_versions
-from quadpips_drake.trials.trial_log import TrialLog
+from quadpips_drake.trials.trial_log import MAX_NOTES, TrialLog
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
@@ -77,3 +78,25 @@ def test_log_stacks_samples_and_keeps_each_reference_once(tmp_path):
         assert arrays["foot_positions"].shape == (2, 4, 3)
         assert arrays["foothold_leg"].tolist() == [int(Leg.LF)]
         assert arrays["phase"].tolist() == [2, 2]
+
+
+def test_a_long_log_is_kept_in_blocks(monkeypatch):
+    monkeypatch.setattr(trial_log, "_BLOCK", 4)
+    log = TrialLog()
+    for k in range(10):
+        assert len(log) == k
+        log.append(state(0.1 * k), np.full((4, 3), k), None, phase=k, unstable=np.int8(1))
+    arrays = log.arrays()
+    assert arrays["phase"].tolist() == list(range(10)) and arrays["unstable"].dtype == np.int8
+    assert arrays["foot_positions"].shape == (10, 4, 3) and len(arrays["time"]) == 10
+
+
+def test_notes_and_what_appeared_have_rows_of_their_own():
+    log = TrialLog()
+    for k in range(2 * MAX_NOTES):
+        log.note(k, "planner", f"note {k}")
+    log.appeared.append((1.0, np.zeros(3), np.ones(3)))
+    arrays = log.arrays()
+    assert len(arrays["note_time"]) == MAX_NOTES
+    assert arrays["note_text"][0] == "note 0" and arrays["note_text"][-1] == f"note {2 * MAX_NOTES - 1}"
+    assert arrays["appeared_high"].tolist() == [[1.0, 1.0, 1.0]]

@@ -55,7 +55,7 @@ def digest_of(arrays) -> str:
 def _recorded(spec: TrialSpec, config: TrialConfig) -> BenchTrial:
     """Runs a trial as ``quadpips run`` does; its files travel as bytes: the worker may be on another machine."""
     with TemporaryDirectory(prefix="quadpips-bench-") as folder:
-        result = run_trial(config, Path(folder), recording=True, overwrite=True)
+        result = run_trial(config, Path(folder), recording=True, report=False, overwrite=True)
         log, recording = Path(folder) / "log.npz", Path(folder) / "recording.html"
         digest = ""
         if log.exists():

@@ -5,6 +5,7 @@ from dataclasses import field
 import numpy as np
 
 from quadpips_drake.configuration.schema import configuration, ranged
+from quadpips_drake.control.mpc.foothold_shift import FootholdShiftConfig
 from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
@@ -39,6 +40,8 @@ class MpcConfig(StageConfig):
     """Weights and limits of the optimal control problem."""
     swing: SwingConfig = field(default_factory=SwingConfig)
     """Shape of the swings."""
+    footholds: FootholdShiftConfig = field(default_factory=FootholdShiftConfig)
+    """How far coming footholds move with the robot."""
 
     def __post_init__(self):
         super().__post_init__()

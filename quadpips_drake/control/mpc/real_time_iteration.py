@@ -7,8 +7,8 @@ import numpy as np
 from pydrake.solvers import SolverInterface
 
 from quadpips_drake.control.early_contact import EARLY_CONTACT_PHASE
+from quadpips_drake.control.mpc import foothold_shift, mpc_swings
 from quadpips_drake.control.mpc import mpc_horizon as horizon
-from quadpips_drake.control.mpc import mpc_swings
 from quadpips_drake.control.mpc.mpc_config import MpcConfig
 from quadpips_drake.math.angles import whole_turns
 from quadpips_drake.math.interpolation import interpolated
@@ -37,6 +37,8 @@ class MpcMemory(ImmutableValue):
     standing: horizon.StandingPose | None = None
     """The pose kept while there is no reference."""
     consecutive_failures: int = 0
+    shifts: tuple = ()
+    """FootholdShifts of the coming touch-downs."""
 
     @staticmethod
     def empty() -> "MpcMemory":
@@ -97,13 +99,15 @@ class RealTimeIteration:
         feet = self._feet(state, schedule, memory)
         normals = mpc_swings.standing_normals(footholds, memory.normals, now)
         times = now + self._offsets
+        x0 = self._model.state_from_robot_state(state)
+        moved = self._shifts(x0, reference, footholds, feet, memory, now)
+        footholds = foothold_shift.shifted(footholds, moved)
         swings = self._swings.plan(schedule, footholds, feet, normals, now, times[-1], last.swings)
         stance = horizon.interval_stance(schedule, times)
         stance = horizon.with_early_contacts(stance, times, state.contacts, swings, self._early_contact_phase)
         task = self._task(times, state, reference, standing, stance, swings, feet, normals, footholds)
-        x0 = self._model.state_from_robot_state(state)
         solution = self._problem.iterate(x0, task, self._guess(x0, task, last), solver)
-        memory = replace(memory, feet=feet, normals=normals, standing=standing)
+        memory = replace(memory, feet=feet, normals=normals, standing=standing, shifts=moved)
         if not solution.success:
             policy = _carried_on(last, solution.status, clock.perf_counter() - start)
             return replace(memory, policy=policy, consecutive_failures=memory.consecutive_failures + 1)
@@ -129,6 +133,16 @@ class RealTimeIteration:
         if memory.policy.is_empty:
             return measured
         return np.where(schedule.at(state.stamp)[:, None], measured, memory.feet)
+
+    def _shifts(self, x0, reference, footholds, feet, memory, now) -> tuple:
+        """Where the coming footholds move to; nowhere by default."""
+        config = self._config.footholds
+        if config.max_shift == 0.0 or not footholds:
+            return ()
+        wanted = interpolated(np.array([now]), reference.times, reference.states)[0]
+        height = float(x0[CentroidalState.POSITION][2] - feet[:, 2].mean())
+        error = foothold_shift.capture_point_error(x0, wanted, height)
+        return foothold_shift.shifts(error, footholds, memory.shifts, now, config)
 
     def _task(self, times, state, reference, standing, stance, swings, feet, normals, footholds) -> TrackingTask:
         if standing is not None:

@@ -10,7 +10,18 @@ import numpy as np
 from numba import njit
 
 from quadpips_drake.math.constants import GRAVITY
-from quadpips_drake.math.small_algebra import add, cross, dot, scale, store, subtract, times, transpose_times, vector
+from quadpips_drake.math.small_algebra import (
+    add,
+    cross,
+    dot,
+    scale,
+    store,
+    store_matrix,
+    subtract,
+    times,
+    transpose_times,
+    vector,
+)
 from quadpips_drake.robots.kinematic_tree import axis_rotation
 
 
@@ -94,7 +105,7 @@ def dynamics_terms(tree, rotor_inertia, p_WB, R_WB, q, v, M, bias, J, foot_bias,
             store(bias[:3], add(vector(bias[:3]), add(moment, cross(c, force))))
             store(bias[3:6], add(vector(bias[3:6]), force))
             _add_locked(M, m, c, rotation, inertia)
-            rotations[i] = rotation
+            store_matrix(rotations[i], rotation)
             store(coms[i], c)
             store(forces[i], force)
             store(moments[i], moment)

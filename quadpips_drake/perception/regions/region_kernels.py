@@ -41,11 +41,11 @@ def plane_frame(normal, x_hint):
     x_axis = x_hint - np.dot(x_hint, normal) * normal
     x_axis /= np.sqrt(np.dot(x_axis, x_axis))
     R = np.empty((3, 3))
-    R[:, 0] = x_axis
+    for i in range(3):
+        R[i, 0], R[i, 2] = x_axis[i], normal[i]
     R[0, 1] = normal[1] * x_axis[2] - normal[2] * x_axis[1]
     R[1, 1] = normal[2] * x_axis[0] - normal[0] * x_axis[2]
     R[2, 1] = normal[0] * x_axis[1] - normal[1] * x_axis[0]
-    R[:, 2] = normal
     return R
 
 
@@ -290,13 +290,16 @@ def carve_regions(
         area, x, y = area_and_centroid(inset)
         if area <= 0 or distance_inside(inset, x, y) < min_radius:
             continue
-        frames[count, :3, :3] = R
-        frames[count, :3, 3] = center + R[:, 0] * x + R[:, 1] * y
+        for i in range(3):
+            for j in range(3):
+                frames[count, i, j] = R[i, j]
+            frames[count, i, 3] = center[i] + R[i, 0] * x + R[i, 1] * y
         frames[count, 3, 3] = 1.0
         boundary_sizes[count], inset_sizes[count] = min(len(boundary), MAX_VERTICES), len(inset)
-        shift = np.array([x, y])
-        boundaries[count, : boundary_sizes[count]] = boundary[:MAX_VERTICES] - shift
-        insets[count, : len(inset)] = inset - shift
+        for k in range(boundary_sizes[count]):
+            boundaries[count, k, 0], boundaries[count, k, 1] = boundary[k, 0] - x, boundary[k, 1] - y
+        for k in range(len(inset)):
+            insets[count, k, 0], insets[count, k, 1] = inset[k, 0] - x, inset[k, 1] - y
         clusters[count] = c
         count += 1
     return (

@@ -95,8 +95,14 @@ class FootholdConfig(StageConfig):
     heuristic_inflation: float = ranged(4.0, 0.0, 100.0)
     """Factor on the cost-to-go: above 1 the search is greedier, and its cost within that factor of the best."""
 
+    single_place: float = ranged(0.0, 0.0, 10.0)
+    """A region whose inset reaches no further than this from its origin [m] is one place in the identity of a node, as in
+    the paper; larger ones have places in cells of 2 cm."""
     max_expansions: int = ranged(150, 1, MAX_EXPANSIONS)
     """Most expanded nodes for one waypoint."""
+    patience: float = ranged(0.4, 0.0, 1.0)
+    """A search that has come no nearer to its waypoint for this part of ``max_expansions`` ends with the best stance that it
+    found: waypoints at the edge of what is known are often not quite reached [1]. 1: it goes on to the bound."""
     max_children: int = ranged(24, 1, 1000)
     """Most children kept of one expansion, the best by cost plus cost-to-go."""
     time_limit: float = ranged(math.inf, 1e-9, math.inf)

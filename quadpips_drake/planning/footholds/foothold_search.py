@@ -32,6 +32,8 @@ _STUCK_WAY = 0.3
 """How much longer the way to go is taken to be for each foot that does not get over what it stands beside [m]."""
 _WORTH_OF_ARRIVAL = 0.2
 """A plan that ends at its waypoint is worth as much as one that leads so much further [m]."""
+_NEARER = 0.02
+"""A search comes nearer to its waypoint in steps of this at least [m]."""
 _CELL = 0.02
 """Footholds of the same leg in the same cell of this size [m] count as one in the identity of a node."""
 
@@ -77,7 +79,7 @@ class _Search:
         for phase in range(len(self._phases) if self._config.any_first_phase else 1):
             (family,) = self._families(phase, feet[None], regions[None])
             self._push(SearchNode(phase, feet, normals, regions, p_WB, rpy_WB, 0.0, to_go, -1, 0, family))
-        result = SearchResult()
+        result, nearest, last_gain = SearchResult(), np.inf, 0
         while self._open:
             estimate, _, _, index, terminal = heapq.heappop(self._open)
             node = self.nodes[index]
@@ -91,6 +93,12 @@ class _Search:
             if result.expansions >= self._config.max_expansions:
                 bound = f"the bound of {self._config.max_expansions} expansions was reached"
                 return self._best_effort(result, f"{bound}; {self._dead_end(result)}")
+            if node.to_go < nearest - _NEARER:
+                nearest, last_gain = node.to_go, result.expansions
+            if result.expansions - last_gain > self._config.patience * self._config.max_expansions:
+                return self._best_effort(
+                    result, f"{result.expansions - last_gain} expansions in vain; {self._dead_end(result)}"
+                )
             if work_clock() > self._deadline:
                 result.time_limit_hit = True
                 return self._best_effort(result, f"the time limit of {self._config.time_limit:g} s was reached")
@@ -207,10 +215,13 @@ class _Search:
     def _families(self, phase: int, feet: np.ndarray, regions: np.ndarray) -> list[tuple]:
         """Identities of the families of stances, feet (k, 4, 3) and regions (k, 4), before a ``phase``.
 
-        The phase, and region and place of each leg that stays down in it.
+        The phase, and region and place of each leg that stays down in it. Regions up to ``single_place`` in size are one
+        place: on small stones centimetres make no other way, and a search that tells them apart comes to its bound before it
+        has tried the stones.
         """
         standing = self._standing[phase]
         cells = np.floor(feet[:, standing] / _CELL).astype(np.int64)
+        cells[self._table.radii[regions[:, standing]] <= self._config.single_place] = 0
         identities = np.concatenate((regions[:, standing], cells.reshape(len(feet), 3 * len(standing))), axis=1)
         return [(phase, *identity) for identity in identities.tolist()]
 

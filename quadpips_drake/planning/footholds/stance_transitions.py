@@ -9,6 +9,7 @@ from numba import njit
 
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.math.rotations import rotation_from_rpy
+from quadpips_drake.math.small_algebra import store
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.stance_rules import (
     REJECTIONS,
@@ -128,7 +129,9 @@ def leg_candidates(leg, foot, normal, region, aims, p_WB, R_WB, table, model):
     points, normals = np.empty((m * n + 1, 3)), np.empty((m * n + 1, 3))
     indices, scores = np.empty(m * n + 1, dtype=np.int64), np.empty(m * n + 1)
 
-    points[0], normals[0], indices[0], scores[0] = foot, normal, region, np.inf
+    store(points[0], foot)
+    store(normals[0], normal)
+    indices[0], scores[0] = region, np.inf
     for a in range(m):
         scores[0] = min(scores[0], np.hypot(wanted[a, 0] - foot[0], wanted[a, 1] - foot[1]))
     count = 1
@@ -248,7 +251,8 @@ def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, ta
             if aside > model.max_support_distance:
                 refused[_OUT_OF_BALANCE] += 1
                 continue
-            out_p[k], out_rpy[k] = new_p, new_rpy
+            store(out_p[k], new_p)
+            store(out_rpy[k], new_rpy)
             costs[k] = edge_cost(feet, out_feet[k], swinging, p_WB, rpy_WB, new_p, new_rpy, model)
             costs[k] += model.support_weight * aside * aside
             ways[k], _ = distance_to_go(new_p[0], new_p[1], new_rpy[2], path, remaining, model.yaw_weight)

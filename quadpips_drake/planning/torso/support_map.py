@@ -101,33 +101,48 @@ def places_of_legs(robot, leg_radius: float) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True)
-def _mean_misses(distance, height, origin, resolution, poses, ground, places, max_height_difference, free_miss, out):
-    """Fills ``out`` (n,): how far on average the legs are from ground at their nominal footholds, inf: one finds none."""
+def mean_miss(distance, height, origin, resolution, x0, y0, yaw, ground, places, max_height_difference, free_miss):
+    """How far on average the legs of one pose are from ground at their nominal footholds, inf: one finds none.
+
+    Args:
+        distance, height, origin, resolution: of a SupportMap.
+        x0, y0, yaw, ground: the base in W, and the height of the ground below it.
+        places: from ``places_of_legs``.
+    """
     rows, columns = distance.shape
-    for n in range(len(poses)):
-        c, s = np.cos(poses[n, 2]), np.sin(poses[n, 2])
-        total = 0.0
-        for leg in range(places.shape[0]):
-            found, without = np.inf, 0.0
-            for k in range(places.shape[1]):
-                away = places[leg, k, 2]
-                if away < without:  # the nearest ground is further away than this place
-                    continue
-                x = poses[n, 0] + c * places[leg, k, 0] - s * places[leg, k, 1]
-                y = poses[n, 1] + s * places[leg, k, 0] + c * places[leg, k, 1]
-                ix, iy = int(np.rint((x - origin[0]) / resolution)), int(np.rint((y - origin[1]) / resolution))
-                if ix < 0 or iy < 0 or ix >= columns or iy >= rows:
-                    continue
-                miss = distance[iy, ix]
-                if k == 0:
-                    without = miss - _ON_GROUND
-                if miss <= _ON_GROUND and abs(height[iy, ix] - ground[n]) <= max_height_difference:
-                    found = away + miss
-                    break
-            total += max(found - free_miss, 0.0)
-            if total == np.inf:
+    c, s = np.cos(yaw), np.sin(yaw)
+    total = 0.0
+    for leg in range(places.shape[0]):
+        found, without = np.inf, 0.0
+        for k in range(places.shape[1]):
+            away = places[leg, k, 2]
+            if away < without:  # the nearest ground is further away than this place
+                continue
+            x = x0 + c * places[leg, k, 0] - s * places[leg, k, 1]
+            y = y0 + s * places[leg, k, 0] + c * places[leg, k, 1]
+            ix, iy = int(np.rint((x - origin[0]) / resolution)), int(np.rint((y - origin[1]) / resolution))
+            if ix < 0 or iy < 0 or ix >= columns or iy >= rows:
+                continue
+            miss = distance[iy, ix]
+            if k == 0:
+                without = miss - _ON_GROUND
+            if miss <= _ON_GROUND and abs(height[iy, ix] - ground) <= max_height_difference:
+                found = away + miss
                 break
-        out[n] = total / places.shape[0]
+        total += max(found - free_miss, 0.0)
+        if total == np.inf:
+            break
+    return total / places.shape[0]
+
+
+@njit(cache=True, nogil=True)
+def _mean_misses(distance, height, origin, resolution, poses, ground, places, max_height_difference, free_miss, out):
+    """Fills ``out`` (n,) with ``mean_miss`` of ``poses`` (n, 3)."""
+    for n in range(len(poses)):
+        out[n] = mean_miss(
+            distance, height, origin, resolution, poses[n, 0], poses[n, 1], poses[n, 2], ground[n], places,
+            max_height_difference, free_miss,
+        )  # fmt: skip
 
 
 def ground_penalty(support: SupportMap, poses: np.ndarray, ground: np.ndarray, robot, config) -> np.ndarray:

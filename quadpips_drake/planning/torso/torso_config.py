@@ -39,6 +39,9 @@ class TorsoConfig(StageConfig):
     """... at a height that differs by no more than this from the ground under the base [m]."""
     support_weight: float = ranged(3.0, 0.0, 1000.0)
     """Extra cost of poses whose nominal footholds miss the ground, per metre, when the mean miss is ``leg_radius``."""
+    bridge_cost: float = ranged(0.0, 0.0, 1000.0)
+    """Extra cost of an edge between whose ends some leg finds no ground: there a longer swing is needed than ``leg_radius``
+    allows for [m]. 0: only the ends count."""
     max_slope: float = ranged(0.60, 0.0, 1.5)
     """Steepest region that counts as ground [rad]."""
     min_progress: float = ranged(0.10, 0.0, 10.0)

@@ -6,8 +6,8 @@ from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.region_table import may_carry_a_foot
 from quadpips_drake.planning.torso.gaps import widest_gap
 from quadpips_drake.planning.torso.subgoals import Exploration, choose_subgoal
-from quadpips_drake.planning.torso.support_map import make_support_map
-from quadpips_drake.planning.torso.torso_astar import search_lattice
+from quadpips_drake.planning.torso.support_map import make_support_map, places_of_legs
+from quadpips_drake.planning.torso.torso_astar import Ground, search_lattice
 from quadpips_drake.planning.torso.torso_config import TorsoConfig
 from quadpips_drake.planning.torso.torso_lattice import make_lattice, neighbours_of
 from quadpips_drake.planning.torso.torso_path import join_path
@@ -67,8 +67,8 @@ def search_torso_path(
         return result(reason=_not_connected(lattice))
     start_yaw = int(np.argmin(np.abs(wrap_angle(lattice.yaws - yaw))))
     parent, closed, cost, found = search_lattice(
-        lattice.positions, lattice.yaws, lattice.penalty, offsets, neighbours, start_yaw, lattice.goal,
-        config.yaw_weight, config.max_edge_yaw, config.heading_weight, config.max_expansions,
+        lattice.positions, lattice.yaws, lattice.penalty, offsets, neighbours, _ground(support, robot, config), start_yaw,
+        lattice.goal, config.yaw_weight, config.max_edge_yaw, config.heading_weight, config.max_expansions,
     )  # fmt: skip
     nodes = {"nodes": lattice.positions, "reached": closed.reshape(len(lattice.positions), -1).any(axis=1)}
     end = goal_xy if found >= 0 else None
@@ -79,6 +79,15 @@ def search_torso_path(
     chain = _chain(parent, found, len(lattice.yaws))
     poses = join_path(p_WB, yaw, lattice.positions, lattice.yaws, chain, end, support, robot, config)
     return result(poses, to_goal=end is not None, **nodes)
+
+
+def _ground(support, robot, config: TorsoConfig) -> Ground:
+    """Returns what the search on the lattice needs to know of the ground between poses."""
+    return Ground(
+        support.distance, support.height, support.origin, support.resolution,
+        places_of_legs(robot, float(config.leg_radius)),
+        float(config.max_height_difference), float(robot.nominal_base_height), float(config.bridge_cost),
+    )  # fmt: skip
 
 
 def _bearing(to_goal, yaw: float) -> float:

@@ -12,6 +12,7 @@ from quadpips_drake.math.small_algebra import (
     inverse_3x3,
     scale,
     store,
+    store_matrix,
     subtract,
     times,
     transpose_times,
@@ -146,8 +147,8 @@ def _foot_rows(leg, u, rotation, rotation_angles, twist, kinematics, f, a, b, p,
         relative = add(relative, scale(u[JOINT_RATES + j], cross(axes[j], subtract(foot, origins[j]))))
     store(p, times(rotation, foot))
     store(v, add(vector(f[POSITION:]), times(rotation, relative)))
-    v_x[:, :] = a[POSITION:ANGLES, :]
-    v_u[:, :] = b[POSITION:ANGLES, :]
+    store_matrix(v_x, a[POSITION:ANGLES, :])
+    store_matrix(v_u, b[POSITION:ANGLES, :])
     p_x[:, :] = 0.0
     for i in range(3):
         p_x[i, POSITION + i] = 1.0

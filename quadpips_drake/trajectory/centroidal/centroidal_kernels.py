@@ -19,6 +19,7 @@ from quadpips_drake.math.small_algebra import (
     inverse_3x3,
     scale,
     store,
+    store_matrix,
     subtract,
     times,
     transpose_times,
@@ -43,18 +44,19 @@ def link_kinematics(tree, q):
     (13, 3, 3), feet (4, 3)."""
     axes, origins = np.empty((12, 3)), np.empty((12, 3))
     coms, inertias, feet = np.empty((13, 3)), np.empty((13, 3, 3)), np.empty((4, 3))
-    coms[0], inertias[0] = tree.link_com[0], tree.link_inertia[0]
+    store(coms[0], tree.link_com[0])
+    store_matrix(inertias[0], tree.link_inertia[0])
     rotation, product = np.empty((3, 3)), np.empty((3, 3))
     for j in range(12):
         turn = axis_rotation(tree.joint_axis[j], q[j])
         if j % 3 == 0:
             origin = vector(tree.joint_offset[j])
-            rotation[:] = turn
+            store_matrix(rotation, turn)
         else:
             origin = add(vector(origins[j - 1]), times(rotation, tree.joint_offset[j]))
             for row in range(3):
                 store(product[row], transpose_times(turn, rotation[row]))
-            rotation[:] = product
+            store_matrix(rotation, product)
         store(origins[j], origin)
         store(axes[j], times(rotation, tree.joint_axis[j]))
         store(coms[j + 1], add(origin, times(rotation, tree.link_com[j + 1])))

@@ -7,6 +7,7 @@ from numba import njit
 
 from quadpips_drake.math.angles import whole_turns
 from quadpips_drake.math.rotations import body_rates, rotation_from_rpy
+from quadpips_drake.math.small_algebra import store
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.tracking_task import TrackingTask
 from quadpips_drake.trajectory.swing.ground_profile import KnownGround, region_halfspaces
@@ -107,7 +108,7 @@ def _spin(rpy, rates, inertia):
     """Angular momentum of a body with that ``inertia`` in its own frame, in W, while its attitude changes, (n, 3)."""
     out = np.empty((len(rpy), 3))
     for k in range(len(rpy)):
-        out[k] = rotation_from_rpy(rpy[k]) @ (inertia @ body_rates(rpy[k], rates[k]))
+        store(out[k], rotation_from_rpy(rpy[k]) @ (inertia @ body_rates(rpy[k], rates[k])))
     return out
 
 

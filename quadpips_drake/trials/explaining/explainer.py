@@ -2,10 +2,8 @@
 
 import traceback
 
-from quadpips_drake.sensing.contact_sensing import links_touching_each_other
-from quadpips_drake.trials.explaining.last_moments import MomentRecorder
 from quadpips_drake.trials.explaining.plan_stories import STAGES, PlanRecorder
-from quadpips_drake.trials.observation import observe, read
+from quadpips_drake.trials.observation import read
 from quadpips_drake.trials.simulated_trial import BREAKDOWNS
 
 
@@ -14,7 +12,6 @@ class Explainer:
 
     def __init__(self):
         self.plans = PlanRecorder()
-        self.moments: MomentRecorder | None = None
         self.problem = ""
         """Why it stopped looking; empty unless something broke."""
 
@@ -23,19 +20,16 @@ class Explainer:
         if self.problem:
             return
         try:
-            self._look(trial.diagram, trial.context, trial.config.log_rate, trial.present_terrain)
+            self._look(trial.diagram, trial.context, trial.present_terrain)
         except BREAKDOWNS:
             self.problem = f"at t = {trial.context.get_time():.2f} s: {traceback.format_exc(limit=-1)}"
 
-    def _look(self, diagram, context, log_rate: float, terrain) -> None:
-        self.moments = self.moments or MomentRecorder(log_rate)
-        seen = observe(diagram, context)
-        itself = links_touching_each_other(read(diagram, "contact_results", context), diagram.station.contact_geometries)
-        self.moments.note(seen, read(diagram, "mpc_policy", context), read(diagram, "safety_status", context), itself)
+    def _look(self, diagram, context, terrain) -> None:
         planner = getattr(diagram, "planning", None)
         if planner is None or not planner.HasOutputPort("plan_request"):
             return
         inside = planner.GetMyContextFromRoot(context)
         answers = {port: read(planner, port, inside) for port in STAGES if planner.HasOutputPort(port)}
         state, status = read(diagram, "robot_state", context), read(diagram, "status", context)
-        self.plans.note(state, read(planner, "plan_request", inside), status, seen.reference, answers, terrain)
+        reference = read(diagram, "reference", context)
+        self.plans.note(state, read(planner, "plan_request", inside), status, reference, answers, terrain)

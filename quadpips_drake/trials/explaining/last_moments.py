@@ -1,25 +1,32 @@
 """What was asked of a robot and what it did, over the last seconds of a trial."""
 
-from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from quadpips_drake.robots.robot_model import LINK_NAMES
 from quadpips_drake.terrain.truth import GroundTruth
-from quadpips_drake.trials.observation import Observation
-from quadpips_drake.values.centroidal import CentroidalState
-from quadpips_drake.values.legs import NUM_LEGS, Leg
-from quadpips_drake.values.mpc_policy import MpcPolicy
-from quadpips_drake.values.reference import WholeBodyReference
-from quadpips_drake.values.status import SafetyStatus
+from quadpips_drake.trials.watching.notes import SAFETY, STABLE_AGAIN
 
 SPAN = 10.0
-"""How much of the end of a trial is kept [s]."""
+"""How much of the end of a trial is looked at [s]."""
 SHOWN = 2.0
 """How much of it is shown at least [s]."""
-_MOST = 2000
-"""Entries of what happens now and then that are kept."""
+_COLUMNS = {
+    "time": "time",
+    "feet": "foot_positions",
+    "asked_feet": "asked_feet",
+    "footholds": "asked_footholds",
+    "swing_times": "swing_times",
+    "contacts": "contacts",
+    "asked_contacts": "asked_contacts",
+    "touches": "touching",
+    "forces": "contact_forces",
+    "joints": "joint_positions",
+    "torques": "joint_torques",
+}
+"""Of LastMoments, and where the log has them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,88 +83,46 @@ class LastMoments:
         return replace(self, **{name: value[kept] for name, value in arrays.items()}, **later)
 
 
-class MomentRecorder:
-    """Keeps the last SPAN of what is asked and what happens, sample by sample."""
+def moments_of(log: Mapping, robot, terrain, span: float = SPAN) -> LastMoments | None:
+    """The last ``span`` [s] of a log; None of one without samples, or that does not say what was asked.
 
-    def __init__(self, log_rate: float):
-        """``log_rate``: samples per second [Hz]."""
-        self._rows: deque = deque(maxlen=int(np.ceil(SPAN * log_rate)) + 1)
-        self._itself: deque = deque(maxlen=_MOST)
-        self._told: deque = deque(maxlen=_MOST)
-        self._unstable = False
-
-    def note(self, observation: Observation, policy: MpcPolicy, safety: SafetyStatus, itself: list) -> None:
-        """Takes one sample.
-
-        Args:
-            observation: what is to be seen.
-            policy: what the MPC asks for.
-            safety: what the safety monitor makes of it.
-            itself: pairs of links that touch each other.
-        """
-        state = observation.robot_state
-        self._rows.append(
-            {
-                "time": state.stamp,
-                "base": np.concatenate((state.p_WB, state.rpy_WB)),
-                "asked_base": _asked_base(observation.reference, state.stamp),
-                "feet": observation.foot_positions,
-                "contacts": state.contacts,
-                "touches": np.array([link in observation.touching for link in LINK_NAMES]),
-                "asked_contacts": policy.schedule.at(state.stamp),
-                "forces": state.contact_forces,
-                "joints": state.joint_positions,
-                "torques": state.joint_torques,
-                **_swings(policy, state.stamp),
-            }
-        )
-        self._itself.extend((state.stamp, *pair) for pair in itself)
-        if safety.unstable and not self._unstable:
-            self._told.append((safety.stamp, f"the safety monitor took the reference away: {safety.reason}"))
-        self._unstable = safety.unstable
-
-    def moments(self, robot, terrain) -> LastMoments | None:
-        """What was kept; None without any sample.
-
-        Args:
-            robot: RobotModel.
-            terrain: the true one, for the ground under the feet.
-        """
-        if not self._rows:
-            return None
-        arrays = {name: np.array([row[name] for row in self._rows]) for name in self._rows[0]}
-        truth = GroundTruth(terrain)
-        ground, foothold_ground = (
-            truth.height(points[..., 0].ravel(), points[..., 1].ravel()).reshape(points.shape[:2])
-            for points in (arrays["feet"], np.nan_to_num(arrays["footholds"], nan=1e6))
-        )
-        return LastMoments(
-            **arrays,
-            joint_limits=np.stack((robot.position_limits_lower, robot.position_limits_upper)),
-            torque_limits=robot.effort_limits,
-            joint_names=tuple(robot.joint_names),
-            ground=ground,
-            foothold_ground=foothold_ground,
-            foot_radius=robot.foot_radius,
-            itself=tuple(entry for entry in self._itself if entry[0] >= arrays["time"][0]),
-            told=tuple(entry for entry in self._told if entry[0] >= arrays["time"][0]),
-        )
+    Args:
+        log: arrays of log.npz.
+        robot: RobotModel.
+        terrain: the true one, for the ground under the feet; None: not known.
+    """
+    if "asked_contacts" not in log or len(log["asked_contacts"]) == 0:
+        return None
+    since = log["time"][-1] - span - 1e-9
+    kept = slice(int(np.searchsorted(log["time"], since)), None)
+    arrays = {name: np.asarray(log[column][kept]) for name, column in _COLUMNS.items()}
+    ground, foothold_ground = (
+        _ground_at(terrain, points) for points in (arrays["feet"], np.nan_to_num(arrays["footholds"], nan=1e6))
+    )
+    pairs = np.asarray(log["touching_itself"][kept])
+    met = [(float(arrays["time"][k]), *(LINK_NAMES[link] for link in pairs[k])) for k in np.flatnonzero(pairs[:, 0] >= 0)]
+    said = zip(log["note_time"], log["note_source"], log["note_text"], strict=True)
+    return LastMoments(
+        **arrays,
+        base=np.hstack((log["p_WB"][kept], log["rpy_WB"][kept])),
+        asked_base=np.hstack((log["reference_p_WB"][kept], log["reference_rpy_WB"][kept])),
+        joint_limits=np.stack((robot.position_limits_lower, robot.position_limits_upper)),
+        torque_limits=robot.effort_limits,
+        joint_names=tuple(robot.joint_names),
+        ground=ground,
+        foothold_ground=foothold_ground,
+        foot_radius=robot.foot_radius,
+        itself=tuple(met),
+        told=tuple(
+            (float(time), f"the safety monitor took the reference away: {text}")
+            for time, who, text in said
+            if who == SAFETY and text != STABLE_AGAIN and time >= arrays["time"][0]
+        ),
+    )
 
 
-def _asked_base(reference: WholeBodyReference, time: float) -> np.ndarray:
-    """Position and attitude in the reference, held at its ends, (6,); NaN without samples."""
-    if len(reference.times) == 0:
-        return np.full(6, np.nan)
-    pose = np.hstack((reference.states[:, CentroidalState.POSITION], reference.states[:, CentroidalState.ORIENTATION]))
-    return np.array([np.interp(time, reference.times, column) for column in pose.T])
-
-
-def _swings(policy: MpcPolicy, time: float) -> dict[str, np.ndarray]:
-    """The swings under way: where the feet are to be, where and when they end."""
-    points, ends, times = np.full((NUM_LEGS, 3), np.nan), np.full((NUM_LEGS, 3), np.nan), np.full((NUM_LEGS, 2), np.nan)
-    for leg in Leg:
-        swing = None if policy.schedule.at(time)[leg] else policy.swing(leg, time)
-        if swing is not None:
-            points[leg], ends[leg] = swing.position(time), swing.end_point
-            times[leg] = swing.start_time, swing.end_time
-    return {"asked_feet": points, "footholds": ends, "swing_times": times}
+def _ground_at(terrain, points: np.ndarray) -> np.ndarray:
+    """True heights [m] at x, y of points (n, 4, 3), (n, 4); NaN over nothing, and where the terrain is not known."""
+    if terrain is None:
+        return np.full(points.shape[:2], np.nan)
+    return GroundTruth(terrain).height(points[..., 0].ravel(), points[..., 1].ravel()).reshape(points.shape[:2])

@@ -5,10 +5,9 @@ from html import escape
 import numpy as np
 
 from quadpips_drake.html_page import page, picture, table
+from quadpips_drake.trials.explaining.end_section import end_section
 from quadpips_drake.trials.explaining.explainer import Explainer
-from quadpips_drake.trials.explaining.failure_figure import failure_figure
-from quadpips_drake.trials.explaining.first_events import BOUNDS, chain_of, events_of, rules_in_words, story_of
-from quadpips_drake.trials.explaining.last_moments import SHOWN, SPAN, LastMoments
+from quadpips_drake.trials.explaining.last_moments import moments_of
 from quadpips_drake.trials.explaining.plan_map import plan_map
 from quadpips_drake.trials.explaining.plan_stories import FIRST, LAST, PlanStory
 from quadpips_drake.trials.explaining.plan_words import (
@@ -21,9 +20,6 @@ from quadpips_drake.trials.explaining.plan_words import (
 )
 from quadpips_drake.trials.result import TrialResult
 
-_FEW = 15
-"""A list of no more events than these is open at first."""
-
 
 def explanation_of(trial, explainer: Explainer, result: TrialResult) -> str:
     """Returns the page about a SimulatedTrial that has run under the eyes of ``explainer``."""
@@ -31,12 +27,12 @@ def explanation_of(trial, explainer: Explainer, result: TrialResult) -> str:
     parts = [f"<h1>{escape(title)}</h1>", _outcome(result)]
     if explainer.problem:
         parts.append(f"<p><b>What follows ends early</b>, the looking broke off {escape(explainer.problem)}</p>")
-    moments = explainer.moments and explainer.moments.moments(trial.robot, trial.present_terrain)
+    moments = moments_of(trial.log.arrays(), trial.robot, trial.present_terrain)
     stories = explainer.plans.stories
     if result.reason == "no_plan" and stories:
         parts.append(_no_plan(stories[-1], trial, result))
     if not result.success and moments is not None:
-        parts.append(_end(moments, result))
+        parts.append(end_section(moments, result))
     if stories:
         parts.append(_overview(stories, explainer.plans.left_out))
         configured = _configured_gait(trial.config)
@@ -56,31 +52,6 @@ def _outcome(result: TrialResult) -> str:
     word = "success" if result.success else "failure"
     ended = f"{word}: {result.reason.replace('_', ' ')} at t = {result.sim_time:.2f} s"
     return f"<p>{escape(ended)}{escape(f': {result.detail}' if result.detail else '')}. Times t are simulated ones.</p>"
-
-
-def _end(moments: LastMoments, result: TrialResult) -> str:
-    """The section about the last moments of a failure."""
-    events = events_of(moments)
-    chain = chain_of(events, result.sim_time)
-    if not chain and result.reason not in ("fell", "left_terrain"):
-        return "<p>Nothing went wrong at the end by the rules for falls.</p>"
-    begin = min([result.sim_time - SHOWN, *(event.time - 0.3 for event in chain)])
-    events, moments = [event for event in events if event.time >= begin], moments.since(begin)
-    end = f"{result.reason.replace('_', ' ')} ({result.detail})" if result.detail else result.reason.replace("_", " ")
-    first = events.index(chain[0]) if chain else None
-    rows = ((k + 1, f"{event.time:.2f}", escape(event.kind), escape(event.text)) for k, event in enumerate(events))
-    rules = "".join(f"<li><b>{escape(kind)}</b>: {escape(text)}</li>" for kind, text in rules_in_words().items())
-    figure = failure_figure(moments, events, first)
-    return f"""<h2>The last {result.sim_time - begin:.1f} s: what was asked and what happened</h2>
-<p class="story">{escape(story_of(chain, end, result.sim_time))}</p>
-<details{" open" if len(events) <= _FEW else ""}><summary>All {len(events)} events in this time</summary>
-{table(("event", "t [s]", "kind", "what"), rows, text=(2, 3), first=first)}</details>
-<p>{picture(figure, "base, feet, contacts and torques over the last seconds")}</p>
-<details><summary>The rules by which events are found</summary><ul>{rules}</ul>
-<p>The first event (red) is the earliest of the chain that leads to the end: going back from there, events without a pause
-of {BOUNDS.pause:g} s between the end of one and the beginning of the next, but for those of the last kind. At least the last
-{SHOWN:g} s are shown, at most {SPAN:g} s are looked at. The first event is where to look, no proof of the
-cause.</p></details>"""
 
 
 def _no_plan(story: PlanStory, trial, result: TrialResult) -> str:

@@ -109,6 +109,15 @@ class Spawner:
         """What has appeared: when [s], and its elements."""
         return [(spawned.at, spawned.terrain) for spawned in self._all if spawned.at is not None]
 
+    def places(self) -> list[list]:
+        """What has appeared so far, each element with its number in the station, the time [s] and its X_WE (16 numbers)."""
+        there = [spawned for spawned in self._all if spawned.at is not None]
+        return [
+            [number, spawned.at, element.X_WE.ravel().tolist()]
+            for spawned in there
+            for number, element in zip(spawned.numbers, spawned.terrain.elements, strict=True)
+        ]
+
     def plain(self) -> list[dict]:
         """For result.json, in the order in which it was asked for."""
         return [spawned.plain() for spawned in self._all]

@@ -1,5 +1,7 @@
 """Torso search on synthetic regions: where the path leads, and what is said when there is none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -93,6 +95,21 @@ def test_names_the_gap_before_an_island():
     width, middle = widest_gap(make_support_map(regions.regions), position, np.array([2.4, 0.0]))
     assert width == pytest.approx(1.2, abs=0.15) and middle[0] == pytest.approx(1.3, abs=0.3)
     assert widest_gap(make_support_map(worlds.flat_ground().regions), position, np.array([2.0, 0.0])) is None
+
+
+def test_rather_goes_about_a_gap_than_over_it_where_legs_find_no_ground_half_way():
+    robot, config = load_robot("go2"), planning_config("go2").torso
+    banks = (worlds.tiles((-0.8, 0.7), (-0.9, 0.9)), worlds.tiles((1.12, 2.6), (-0.9, 0.9)))
+    regions = worlds.region_set(*banks, worlds.tiles((0.7, 1.12), (0.1, 0.9)))
+    start = np.array([0.0, -0.4, robot.nominal_base_height])
+
+    def aside(bridge_cost):
+        path = search_torso_path(start, 0.0, regions, (2.0, -0.4), robot, replace(config, bridge_cost=bridge_cost))
+        assert path.success and path.to_goal, path.reason
+        return path.poses[:, 1].max()
+
+    assert aside(0.0) < -0.3  # there is a stance on either side of the gap
+    assert aside(1.0) > 0.1
 
 
 def test_goes_about_a_pit_by_a_beam_that_leads_away_from_the_goal():

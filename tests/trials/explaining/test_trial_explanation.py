@@ -15,7 +15,7 @@ from quadpips_drake.planning.torso.torso_config import TorsoConfig
 from quadpips_drake.planning.torso.torso_search import search_torso_path
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
-from quadpips_drake.trials.explaining import plan_stories
+from quadpips_drake.trials.explaining import plan_stories, trial_explanation
 from quadpips_drake.trials.explaining.explainer import Explainer
 from quadpips_drake.trials.explaining.plan_stories import FIRST, LAST, PlanRecorder
 from quadpips_drake.trials.explaining.trial_explanation import explanation_of
@@ -109,7 +109,8 @@ def note(recorder, robot, request, status, answers, stamp=0.5, published=True):
 
 
 def explained(robot, explainer, result) -> str:
-    trial = SimpleNamespace(robot=robot, present_terrain=FLAT, config=None, title=lambda: "anymal_c on <flat>")
+    log = SimpleNamespace(arrays=dict)
+    trial = SimpleNamespace(robot=robot, present_terrain=FLAT, config=None, log=log, title=lambda: "anymal_c on <flat>")
     return explanation_of(trial, explainer, result)
 
 
@@ -149,12 +150,11 @@ def test_the_page_of_a_success(robot):
         assert f"{constraint}{count}" in page.text, "names and numbers in cells beside each other"
 
 
-def test_the_page_of_an_invented_fall(robot):
+def test_the_page_of_an_invented_fall(robot, monkeypatch):
     moments = tilting(with_swing(standing(), Leg.LF, 0.5, 0.9), 0.8, 0.5)
     touching(moments, Leg.LF, 0.78, 1.5, height=0.04, force=(-20.0, 0.0, 90.0))
-    explainer = Explainer()
-    explainer.moments = SimpleNamespace(moments=lambda robot, terrain: moments)
-    page = read(explained(robot, explainer, result(False, "fell", "roll or pitch reached 0.82 rad")))
+    monkeypatch.setattr(trial_explanation, "moments_of", lambda log, robot, terrain: moments)
+    page = read(explained(robot, Explainer(), result(False, "fell", "roll or pitch reached 0.82 rad")))
     assert page.pictures == 1
     assert "t = 0.78 s: LF touched 0.12 s early, 4 cm below its way" in page.text
     assert "No plan was asked for" in page.text
@@ -192,7 +192,11 @@ def test_a_long_trial_keeps_its_first_and_last_plans(robot):
 
 
 def test_what_breaks_in_the_looking_does_not_break_the_trial(tmp_path, monkeypatch):
+    def broken(*_):
+        raise SystemExit("Failure at planner.cc:1 in HasOutputPort(): condition 'ok' failed.")
+
     monkeypatch.setattr("quadpips_drake.trials.record.remove_broken_kernels", list)
+    monkeypatch.setattr(Explainer, "_look", broken)
     done = record_trial(ToyTrial, ToyConfig(duration=0.1), tmp_path, recording=False, explain=True, warm_up=lambda: None)
     assert done.success
     page = read((tmp_path / "explain.html").read_text())
