@@ -11,7 +11,7 @@ PYTEST_ARGS ?=
 WORKERS ?= 2
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint format clean
+.PHONY: help setup run test lint format docs clean
 
 help:  ## Show this list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /make \1|/' | awk -F'|' '{ printf "  %-12s %s\n", $$1, $$2 }'
@@ -34,6 +34,10 @@ lint: $(STAMP)  ## Lint and format check only
 format: $(STAMP)  ## Repair what lint can repair by itself
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+
+docs: $(STAMP)  ## Documentation as a site that needs no network: out/site/index.html
+	$(BIN)/python -m mkdocs build --strict --quiet
+	@echo "documentation: out/site/index.html"
 
 clean:  ## Remove .venv, results and caches
 	rm -rf $(VENV) out build dist *.egg-info .pytest_cache .ruff_cache .benchmarks

@@ -43,12 +43,14 @@ def main(
         if len(observation.reference.times):
             moments.append((observation, read(trial.diagram, "region_set", trial.context)))
 
+    print(f"building {robot} on {terrain}, walking for at most {config.duration:g} s")
     with RunProgress(config.duration) as progress:
         trial = Trial(config)
         verdict = trial.run(progress=remember)
-    print(f"{verdict.reason}: {verdict.detail}")
+    print(f"{verdict.reason} after {trial.context.get_time():.1f} s: {verdict.detail}")
     if not moments:
         raise UserInputError(f"--duration {duration:g}: the robot had no plan yet that could be drawn; give it longer")
+    print(f"drawing {pictures} pictures and the plots")
     draw(trial, moments, pictures, out)
     print(f"pictures: {out}")
 
