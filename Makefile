@@ -36,7 +36,7 @@ format: $(STAMP)  ## Repair what lint can repair by itself
 	$(BIN)/ruff format
 
 docs: $(STAMP)  ## Documentation as a site that needs no network: out/site/index.html
-	$(BIN)/python -m mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo "documentation: out/site/index.html"
 
 clean:  ## Remove .venv, results and caches

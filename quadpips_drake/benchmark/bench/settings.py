@@ -113,20 +113,22 @@ def courses_of(robots: list[str], terrains: list[str]) -> list[Course]:
 
 
 def difficulties_of(text: str) -> list[float]:
-    """The N values of ``LOW:HIGH:N``, evenly spaced, both ends among them.
+    """The N values of ``LOW:HIGH:N``, evenly spaced, both ends among them; or the one that ``text`` is.
 
     Raises:
         UserInputError: it is not of that form.
     """
     try:
-        low, high, number = text.split(":")
+        low, high, number = text.split(":") if ":" in text else (text, text, "1")
         low, high, number = float(low), float(high), int(number)
-        fine = np.isfinite([low, high]).all() and 2 <= number <= MAX_DIFFICULTIES and low < high
+        fine = (
+            np.isfinite([low, high]).all() and number <= MAX_DIFFICULTIES and (2 <= number and low < high or ":" not in text)
+        )
     except ValueError:
         fine = False
     if not fine:
         raise UserInputError(
-            f"--difficulty '{text}' is not of the form LOW:HIGH:N (the lower number first, and 2 to {MAX_DIFFICULTIES})"
+            f"--difficulty '{text}' is no number and not of the form LOW:HIGH:N (the lower one first, and 2 to {MAX_DIFFICULTIES})"
         )
     return [float(f"{value:.6g}") for value in np.linspace(low, high, number)]
 
