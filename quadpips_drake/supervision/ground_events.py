@@ -16,7 +16,7 @@ from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.robot_shapes import load_robot_shapes
-from quadpips_drake.trajectory.swing.ground_profile import SAMPLES, ground_profile
+from quadpips_drake.trajectory.swing.ground_profile import PARTS, SAMPLES, ground_profile
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
@@ -38,8 +38,6 @@ _AROUND = 0.6
 """So far around a place it is looked for what has appeared there [m]."""
 _BODY_POINTS = 2
 """So many of them must be too high: one alone may be noise."""
-_PARTS = np.linspace(0.0, 1.0, SAMPLES)
-"""Of the way of a swing, where its profile has samples [1]."""
 _ROUNDING = 1e-9
 """Distances that are computed in two ways differ by less [m]."""
 
@@ -262,7 +260,7 @@ def obstacles_on_swings(
         found.append(None)
         if foothold.profile is None or len(foothold.profile) != SAMPLES or not ground.height.size:
             continue
-        straight = start[2] + _PARTS * (foothold.position[2] - start[2]) + foothold.apex_height
+        straight = start[2] + PARTS * (foothold.position[2] - start[2]) + foothold.apex_height
         now = ground_profile(start, foothold.position, (), radius, ground)
         excess = float((now - np.maximum(foothold.profile, straight))[_ENDS:-_ENDS].max())
         if excess > config.height_change:
