@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from quadpips_drake.baselines.heuristic_module import HeuristicConfig, HeuristicModule
+from quadpips_drake.control.mpc.mpc_config import walking_mpc
 from quadpips_drake.diagrams.planning_module import PlanningConfig, PlanningModule
 from quadpips_drake.framework.registry import Registry
 from quadpips_drake.robots.robot_model import RobotModel
@@ -40,4 +42,35 @@ def _quadpips(setup: PlannerSetup) -> PlanningModule:
 
 planners.add(
     "quadpips", _quadpips, PlanningConfig, section="planning", summary="torso search, foothold search, swing optimisation"
+)
+
+
+def _heuristic(setup: PlannerSetup) -> HeuristicModule:
+    return HeuristicModule(setup.robot, setup.config, timings=setup.timings)
+
+
+def _rival_wishes(**reference) -> dict:
+    """What the rivals want otherwise than QuadPiPS: the weights of walks by velocity, in which roll counts as much as pitch;
+    and these keys of their reference."""
+    weights = walking_mpc().ocp.weights
+    turning = {"base_orientation": weights.base_orientation, "angular_velocity": weights.angular_velocity}
+    wishes = {"tracking": {"mpc": {"ocp": {"weights": turning}}}}
+    return wishes | ({"heuristic": {"reference": reference}} if reference else {})
+
+
+planners.add(
+    "s_mpc",
+    _heuristic,
+    HeuristicConfig,
+    section="heuristic",
+    summary="rival: twist towards the goal, footholds by heuristics on superpixel regions",
+    wishes=_rival_wishes(),
+)
+planners.add(
+    "em_mpc",
+    _heuristic,
+    HeuristicConfig,
+    section="heuristic",
+    summary="rival: the same on regions of an elevation map, swings clear its heights",
+    wishes=_rival_wishes(clear_ground=True),
 )
