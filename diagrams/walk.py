@@ -1,5 +1,6 @@
 """Walking by velocity command, without perception or planning: station, command, velocity reference, tracking."""
 
+from collections.abc import Sequence
 from dataclasses import field
 
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
@@ -10,13 +11,15 @@ from quadpips_drake.control.references.scripted_command_system import ScriptedCo
 from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig
 from quadpips_drake.control.references.velocity_reference_system import VelocityReference
 from quadpips_drake.control.references.walk_command import WalkCommand
+from quadpips_drake.diagrams.pushed_station import add_pushes
 from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.diagrams.state_estimators import EstimatorSetup, add_state_estimate, check_drift, state_estimators
 from quadpips_drake.diagrams.tracking_module import TrackingConfig, TrackingModule
 from quadpips_drake.estimation.pose_drift import PoseDriftConfig
-from quadpips_drake.faults.push_system import Push, PushSource
+from quadpips_drake.faults.push_system import Push
 from quadpips_drake.framework.ports import DiagramBuilder, output_names
 from quadpips_drake.framework.systems import Diagram
+from quadpips_drake.terrain.terrain import Element
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND
@@ -74,7 +77,9 @@ class WalkDiagram(Diagram):
         commands: list[WalkCommand],
         config: WalkConfig | None = None,
         *,
-        pushes: list[Push] = (),
+        pushes: Sequence[Push] = (),
+        appearing: tuple[Element, ...] = (),
+        live: bool = False,
         seed: int = 0,
         timings: StageTimings | None = None,
         meshcat=None,
@@ -87,6 +92,9 @@ class WalkDiagram(Diagram):
             commands: gait and velocity over time.
             config: the stages' parameters.
             pushes: forces on the base.
+            appearing: elements that are not there until ``station.let_appear``.
+            live: whether somebody has a hand in it while it runs: pushes and commands can be added (``pushes.add``,
+                ``command.add``).
             seed: of all random numbers.
             timings: collects the stages' computing times.
             meshcat: where to draw; None draws nothing.
@@ -96,7 +104,8 @@ class WalkDiagram(Diagram):
         config, timings = config or WalkConfig(), timings or StageTimings()
         self.terrain = terrain
         builder = DiagramBuilder()
-        self.station = builder.AddSystem(SimulationStation(robot, terrain, config.station, seed=seed))
+        station = SimulationStation(robot, terrain, config.station, appearing=appearing, seed=seed)
+        self.station = builder.AddSystem(station)
         self.robot = self.station.robot
         self.tracking = builder.AddSystem(TrackingModule(robot, config.tracking, timings))
         self.command = builder.AddSystem(WalkPanel(meshcat, commands[-1]) if panel else ScriptedCommand(commands))
@@ -114,10 +123,8 @@ class WalkDiagram(Diagram):
         builder.Connect(self.tracking.GetOutputPort("safety_status"), self.reference.GetInputPort("safety_status"))
         for name in ("feedforward_torque", "desired_joint_state"):
             builder.Connect(self.tracking.GetOutputPort(name), self.station.GetInputPort(name))
-        if pushes:
-            base = self.station.plant.GetBodyByName("base")
-            source = builder.AddSystem(PushSource(pushes, base, self.robot.tree.link_com[0]))
-            builder.Connect(source.get_output_port(), self.station.GetInputPort("applied_spatial_force"))
+        if pushes or live:
+            self.pushes = add_pushes(builder, self.station, pushes)
         if meshcat is not None:
             params = MeshcatVisualizerParams(publish_period=1.0 / FRAMES_PER_SECOND)
             MeshcatVisualizer.AddToBuilder(builder, self.station.GetOutputPort("query_object"), meshcat, params)
