@@ -133,11 +133,7 @@ class QuadpipsDiagram(Diagram):
         self.station = builder.AddSystem(station)
         self.robot = self.station.robot
         sensors = {name: self.station.GetOutputPort(name) for name in output_names(self.station)}
-        setup = EstimatorSetup(
-            self.robot, self._settings(state_estimators, self._config.state_estimator), seed, self._timings
-        )
-        truth, estimate = add_state_estimate(builder, self._config.state_estimator, setup, sensors)
-
+        truth, estimate = self._add_estimate(builder, sensors)
         self.regions = self._add_regions(builder, {**sensors, "robot_state": estimate})
         regions = output_of(self.regions, "region_set", RegionSet)
         self.tracking = builder.AddSystem(TrackingModule(self.robot, self._config.tracking, self._timings))
@@ -152,11 +148,7 @@ class QuadpipsDiagram(Diagram):
         if self.regions.HasOutputPort("ground_heights"):
             sources["ground_heights"] = output_of(self.regions, "ground_heights", GroundHeights)
         self.planning = self._add_planner(builder, planner, sources)
-        reference = output_of(self.planning, "reference", WholeBodyReference)
-        builder.Connect(estimate, self.tracking.GetInputPort("robot_state"))
-        builder.Connect(reference, self.tracking.GetInputPort("reference"))
-        for port in ("feedforward_torque", "desired_joint_state"):
-            builder.Connect(self.tracking.GetOutputPort(port), self.station.GetInputPort(port))
+        self._connect_tracking(builder, estimate)
         if pushes or live:
             self.pushes = add_pushes(builder, self.station, pushes)
         if meshcat is not None:
@@ -173,6 +165,13 @@ class QuadpipsDiagram(Diagram):
         """Puts the goal to ``goal``, x, y in W [m]: the planner's next request is for there."""
         self._goal.get_mutable_source_value(self._goal.GetMyMutableContextFromRoot(root_context)).SetFromVector(goal)
 
+    def _connect_tracking(self, builder: DiagramBuilder, estimate) -> None:
+        reference = output_of(self.planning, "reference", WholeBodyReference)
+        builder.Connect(estimate, self.tracking.GetInputPort("robot_state"))
+        builder.Connect(reference, self.tracking.GetInputPort("reference"))
+        for port in ("feedforward_torque", "desired_joint_state"):
+            builder.Connect(self.tracking.GetOutputPort(port), self.station.GetInputPort(port))
+
     def _export(self, builder: DiagramBuilder, truth, estimate) -> None:
         builder.ExportOutput(truth, "true_robot_state")
         builder.ExportOutput(estimate, "robot_state")
@@ -186,6 +185,12 @@ class QuadpipsDiagram(Diagram):
 
     def _settings(self, registry, name: str):
         return self._config.section(registry.get(name))
+
+    def _add_estimate(self, builder: DiagramBuilder, sensors: dict) -> tuple:
+        """Adds the true state and its estimate; returns their ports."""
+        name = self._config.state_estimator
+        setup = EstimatorSetup(self.robot, self._settings(state_estimators, name), self._seed, self._timings)
+        return add_state_estimate(builder, name, setup, sensors)
 
     def _add_regions(self, builder: DiagramBuilder, sources: dict):
         """Adds the source of regions."""

@@ -126,14 +126,18 @@ class WalkDiagram(Diagram):
         if pushes or live:
             self.pushes = add_pushes(builder, self.station, pushes)
         if meshcat is not None:
-            params = MeshcatVisualizerParams(publish_period=1.0 / FRAMES_PER_SECOND)
-            MeshcatVisualizer.AddToBuilder(builder, self.station.GetOutputPort("query_object"), meshcat, params)
-        if panel:
-            follower = builder.AddSystem(CameraFollower(robot, meshcat))
-            builder.Connect(truth, follower.get_input_port())
+            self._add_visualizers(builder, meshcat, truth if panel or live else None)
         self._export(builder, truth, state)
         builder.BuildInto(self)
         self.set_name("walk")
+
+    def _add_visualizers(self, builder: DiagramBuilder, meshcat, followed) -> None:
+        """Draws the robot; Meshcat's camera goes with ``followed``, a port of RobotState, if there is one."""
+        params = MeshcatVisualizerParams(publish_period=1.0 / FRAMES_PER_SECOND)
+        MeshcatVisualizer.AddToBuilder(builder, self.station.GetOutputPort("query_object"), meshcat, params)
+        if followed is not None:
+            follower = builder.AddSystem(CameraFollower(self.robot, meshcat))
+            builder.Connect(followed, follower.get_input_port())
 
     def set_initial_state(self, root_context, start) -> None:
         """Stands the robot on the terrain at ``start`` (x, y [m], yaw [rad]); raises UserInputError where it cannot."""
