@@ -11,7 +11,7 @@ PYTEST_ARGS ?=
 WORKERS ?= 2
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint format clean
+.PHONY: help setup run test lint format docs clean
 
 help:  ## Show this list
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /make \1|/' | awk -F'|' '{ printf "  %-12s %s\n", $$1, $$2 }'
@@ -19,8 +19,9 @@ help:  ## Show this list
 setup: $(STAMP)  ## Build or update .venv (done by the other targets when needed), compile numerical kernels
 	-@$(BIN)/python -m quadpips_drake.cli.main doctor --warm
 
-run: $(STAMP)  ## ANYmal C crosses stepping stones by its own camera; prints where the recording lies
-	$(BIN)/python -m quadpips_drake.cli.main run --overwrite $(ARGS)
+run: $(STAMP)  ## ANYmal C crosses stepping stones by its own camera; prints where recording, report and film lie
+	@mkdir -p out
+	$(BIN)/python -m quadpips_drake.cli.main run --overwrite --film out/film.mp4 $(ARGS)
 
 test: lint  ## Lint, format check and all tests
 	-@$(BIN)/python -m quadpips_drake.cli.main doctor --warm
@@ -33,6 +34,10 @@ lint: $(STAMP)  ## Lint and format check only
 format: $(STAMP)  ## Repair what lint can repair by itself
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+
+docs: $(STAMP)  ## Documentation as a site that needs no network: out/site/index.html
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	@echo "documentation: out/site/index.html"
 
 clean:  ## Remove .venv, results and caches
 	rm -rf $(VENV) out build dist *.egg-info .pytest_cache .ruff_cache .benchmarks

@@ -40,6 +40,7 @@ class PerceptionModule(Diagram):
         - labels_<camera> (optional)
         output_ports:
         - affordance_image
+        - label_image (optional)
         - egocan
         - ground_heights
         - superpixels
@@ -50,6 +51,7 @@ class PerceptionModule(Diagram):
     - labels, labels_<camera>: LabelImage; not there with the SteppabilitySegmenter. Without labels all ground is of UNKNOWN
       steppability and judged by geometry.
     - affordance_image: AffordanceImage of the first camera.
+    - label_image: LabelImage, the newest of the first camera's SteppabilitySegmenter.
     - egocan: EgocanImage, frame E.
     - ground_heights: GroundHeights that the egocan remembers, frame W.
     - superpixels: SuperpixelImage, frame E.
@@ -66,6 +68,7 @@ class PerceptionModule(Diagram):
         camera: str = "front",
         further_cameras: Sequence[str] = (),
         seed: int = 0,
+        every_label: bool = False,
     ):
         """
         Args:
@@ -76,6 +79,7 @@ class PerceptionModule(Diagram):
             camera: name of the first camera among the robot's mounts; the egocan stands there.
             further_cameras: names of all others.
             seed: of the depth noise, which differs from camera to camera.
+            every_label: whether there are regions on what is not steppable, too.
         """
         super().__init__()
         config = config or PerceptionConfig()
@@ -85,15 +89,17 @@ class PerceptionModule(Diagram):
         """Inputs that need nothing to feed them."""
         builder = DiagramBuilder()
         egocan = builder.AddSystem(LeggedEgocan(robot, config.egocan, further_cameras=further_cameras, timings=timings))
-        superpixels = builder.AddSystem(SuperpixelSegmenter(config.superpixels, timings=timings))
+        superpixels = builder.AddSystem(SuperpixelSegmenter(config.superpixels, every_label=every_label, timings=timings))
         regions = builder.AddSystem(RegionExtractor(robot.foot_radius, config.regions, timings=timings))
         builder.ExportInput(egocan.GetInputPort("robot_state"), "robot_state")
         for k, (name, suffix) in enumerate(zip((camera, *further_cameras), suffixes, strict=True)):
             eye = _Eye(name, suffix, seed + k * _SEEDS_APART, intrinsics)
-            normals = _add_eye(builder, robot, config, timings, eye)
+            normals, segmenter = _add_eye(builder, robot, config, timings, eye)
             builder.Connect(normals.GetOutputPort("affordance_image"), egocan.GetInputPort("affordance_image" + suffix))
             if k == 0:
                 builder.ExportOutput(normals.GetOutputPort("affordance_image"), "affordance_image")
+                if segmenter is not None:
+                    builder.ExportOutput(segmenter.GetOutputPort("labels"), "label_image")
         builder.Connect(egocan.GetOutputPort("egocan"), superpixels.GetInputPort("egocan"))
         builder.Connect(superpixels.GetOutputPort("superpixels"), regions.GetInputPort("superpixels"))
         outputs = {"egocan": egocan, "ground_heights": egocan, "superpixels": superpixels, "region_set": regions}
@@ -113,8 +119,8 @@ class _Eye:
     intrinsics: CameraIntrinsics
 
 
-def _add_eye(builder, robot, config, timings, eye: _Eye) -> NormalEstimator:
-    """Adds everything from the depth image of one camera to its affordance image; returns the last system."""
+def _add_eye(builder, robot, config, timings, eye: _Eye) -> tuple[NormalEstimator, SteppabilitySegmenter | None]:
+    """Adds all from the depth image of one camera to its affordance image; returns the last system and the network."""
     X_BC = robot.camera(eye.camera).X_BC
     filters = _add_filters(builder, robot, config, timings, eye)
     normals = builder.AddSystem(
@@ -127,21 +133,21 @@ def _add_eye(builder, robot, config, timings, eye: _Eye) -> NormalEstimator:
     for system in chain:
         if system.HasInputPort("robot_state"):
             builder.ConnectInput("robot_state", system.GetInputPort("robot_state"))
-    _connect_labels(builder, normals, config, timings, eye)
-    return normals
+    return normals, _connect_labels(builder, normals, config, timings, eye)
 
 
-def _connect_labels(builder, normals, config, timings, eye: _Eye) -> None:
-    """Exports the input for labels, or adds the network, which labels the images that ``normals`` sees."""
+def _connect_labels(builder, normals, config, timings, eye: _Eye) -> SteppabilitySegmenter | None:
+    """Exports the input for labels, or adds the network, which labels the images that ``normals`` sees, and returns it."""
     if not config.steppability.enabled:
         builder.ExportInput(normals.GetInputPort("labels"), "labels" + eye.suffix)
-        return
+        return None
     segmenter = SteppabilitySegmenter(
         eye.intrinsics, config.steppability, timings=timings, name="steppability_segmenter" + eye.suffix
     )
     builder.AddSystem(segmenter)
     builder.Connect(normals.GetOutputPort("affordance_image"), segmenter.GetInputPort("affordance_image"))
     builder.Connect(segmenter.GetOutputPort("labels"), normals.GetInputPort("labels"))
+    return segmenter
 
 
 def _add_filters(builder, robot, config, timings, eye: _Eye) -> list:

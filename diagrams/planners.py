@@ -28,9 +28,10 @@ planners = Registry("planner", "quadpips_drake.planners")
 - ``plan`` (PlanSketch; may be missing): what recordings draw.
 
 Its inputs are fed by name: ``robot_state`` (RobotState, the estimate), ``region_set`` (RegionSet), ``ground_heights``
-(GroundHeights; not from every region source), ``safety_status``
+(GroundHeights; not from every region source), ``label_image`` (LabelImage; likewise), ``safety_status``
 (SafetyStatus: while it is unstable, tracking drops the reference), ``goal`` (vector x, y in W [m]) and any of the station's
-outputs (``depth_image``, ``imu``, ...). Nothing behind a planner knows which one it is."""
+outputs (``depth_image``, ``imu``, ...). A planner whose configuration has a true ``every_label`` gets regions of every
+label, not only of ground to step on. Nothing behind a planner knows which one it is."""
 
 
 def _quadpips(setup: PlannerSetup) -> PlanningModule:

@@ -31,6 +31,11 @@ class PlanningConfig:
     publisher: ReferencePublisherConfig = field(default_factory=ReferencePublisherConfig)
     monitor: MonitorConfig = field(default_factory=MonitorConfig)
 
+    @property
+    def every_label(self) -> bool:
+        """Whether regions of every label are wanted."""
+        return self.footholds.every_label
+
 
 class PlanningModule(Diagram):
     """Torso search, foothold search, swing optimisation and publication, driven by the replan monitor.
@@ -45,6 +50,7 @@ class PlanningModule(Diagram):
         - robot_state
         - region_set
         - ground_heights (optional)
+        - label_image (optional)
         - safety_status (optional)
         - goal
         output_ports:
@@ -59,6 +65,8 @@ class PlanningModule(Diagram):
     - robot_state: RobotState, frame W.
     - region_set: RegionSet, frame W.
     - ground_heights (optional): GroundHeights that swings clear and the monitor holds the reference against, frame W.
+    - label_image (optional): LabelImage by which footholds cost more; only there if ``config.footholds.steppability`` is
+      "penalty".
     - safety_status (optional): SafetyStatus; while it is unstable the reference is dropped.
     - goal: x, y in W [m], vector (2,).
     - reference: WholeBodyReference to follow, frame W, absolute times; without samples while there is nothing to follow.
@@ -71,16 +79,17 @@ class PlanningModule(Diagram):
     def __init__(self, robot: RobotModel, config: PlanningConfig | None = None, *, timings: StageTimings | None = None):
         """``timings`` collects the stages' computing times."""
         super().__init__()
-        self.optional_inputs = ["ground_heights"]
+        self.optional_inputs = ["ground_heights", "label_image"]
         """Inputs that need nothing to feed them."""
         config = config or PlanningConfig()
         builder = DiagramBuilder()
-        torso = builder.AddSystem(TorsoPlanner(robot, config.torso, timings=timings))
+        torso = builder.AddSystem(TorsoPlanner(robot, config.torso, every_label=config.every_label, timings=timings))
         clearance = partial(SwingClearance.over, foot_radius=robot.foot_radius, config=config.swings)
         footholds = builder.AddSystem(FootholdPlanner(robot, config.footholds, clearance=clearance, timings=timings))
         swings = builder.AddSystem(SwingTrajectoryOptimizer(robot, config.swings, timings=timings))
         publisher = builder.AddSystem(ReferencePublisher(config.publisher, timings=timings))
-        monitor = builder.AddSystem(ReplanMonitor(robot, config.monitor, timings=timings))
+        labels_are_off = config.footholds.steppability == "off"
+        monitor = builder.AddSystem(ReplanMonitor(robot, config.monitor, every_label=labels_are_off, timings=timings))
 
         builder.Connect(torso.GetOutputPort("torso_path"), footholds.GetInputPort("torso_path"))
         builder.Connect(footholds.GetOutputPort("foothold_plan"), swings.GetInputPort("foothold_plan"))
@@ -104,6 +113,8 @@ class PlanningModule(Diagram):
             builder.ConnectInput("region_set", system.GetInputPort("region_set"))
         for system in (footholds, monitor):
             builder.ConnectInput("ground_heights", system.GetInputPort("ground_heights"))
+        if footholds.HasInputPort("label_image"):
+            builder.ExportInput(footholds.GetInputPort("label_image"), "label_image")
         builder.ExportInput(monitor.GetInputPort("safety_status"), "safety_status")
         builder.ExportInput(monitor.GetInputPort("goal"), "goal")
         builder.ExportOutput(publisher.GetOutputPort("reference"), "reference")

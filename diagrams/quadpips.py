@@ -27,13 +27,16 @@ from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.terrain import Element, Terrain
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.values.images import AffordanceImage
+from quadpips_drake.values.images import AffordanceImage, LabelImage
 from quadpips_drake.values.plans import PlanSketch
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.regions import GroundHeights, RegionSet
 from quadpips_drake.values.status import PlannerStatus
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer, PlanVisualizerConfig
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND
+
+_NOT_ALWAYS = {"ground_heights": GroundHeights, "label_image": LabelImage}
+"""Outputs for planners that only some region sources have."""
 
 
 @configuration
@@ -134,7 +137,7 @@ class QuadpipsDiagram(Diagram):
         self.robot = self.station.robot
         sensors = {name: self.station.GetOutputPort(name) for name in output_names(self.station)}
         truth, estimate = self._add_estimate(builder, sensors)
-        self.regions = self._add_regions(builder, {**sensors, "robot_state": estimate})
+        self.regions = self._add_regions(builder, {**sensors, "robot_state": estimate}, planner)
         regions = output_of(self.regions, "region_set", RegionSet)
         self.tracking = builder.AddSystem(TrackingModule(self.robot, self._config.tracking, self._timings))
         self._goal = builder.AddNamedSystem("goal", ConstantVectorSource(np.asarray(terrain.goal, dtype=float)))
@@ -145,8 +148,8 @@ class QuadpipsDiagram(Diagram):
             "safety_status": self.tracking.GetOutputPort("safety_status"),
             "goal": self._goal.get_output_port(),
         }
-        if self.regions.HasOutputPort("ground_heights"):
-            sources["ground_heights"] = output_of(self.regions, "ground_heights", GroundHeights)
+        there = (port for port in _NOT_ALWAYS if self.regions.HasOutputPort(port))
+        sources |= {port: output_of(self.regions, port, _NOT_ALWAYS[port]) for port in there}
         self.planning = self._add_planner(builder, planner, sources)
         self._connect_tracking(builder, estimate)
         if pushes or live:
@@ -192,8 +195,8 @@ class QuadpipsDiagram(Diagram):
         setup = EstimatorSetup(self.robot, self._settings(state_estimators, name), self._seed, self._timings)
         return add_state_estimate(builder, name, setup, sensors)
 
-    def _add_regions(self, builder: DiagramBuilder, sources: dict):
-        """Adds the source of regions."""
+    def _add_regions(self, builder: DiagramBuilder, sources: dict, planner: str):
+        """Adds the source of regions, of those that ``planner`` wants."""
         station, name = self._config.station, self._config.region_source
         setup = RegionSourceSetup(
             robot=self.robot,
@@ -204,6 +207,7 @@ class QuadpipsDiagram(Diagram):
             further_cameras=tuple(station.further_cameras),
             seed=self._seed,
             timings=self._timings,
+            every_label=getattr(self._settings(planners, planner), "every_label", False),
         )
         system = builder.AddSystem(region_sources.get(name).factory(setup))
         connect_by_name(builder, system, sources)

@@ -32,13 +32,16 @@ class RegionSourceSetup:
     """All others; their images are ``depth_image_<camera>``."""
     seed: int = 0
     timings: StageTimings = field(default_factory=StageTimings)
+    every_label: bool = False
+    """Whether the planner weighs labels itself and wants regions of every label, not only of ground to step on."""
 
 
 region_sources = Registry("region source", "quadpips_drake.region_sources")
 """``factory(setup)`` returns a system with the output ``region_set`` (RegionSet, frame W). Its inputs are fed by name: the
 estimated ``robot_state`` and any of the station's outputs (``depth_image``, ``depth_image_<camera>``, ``imu``, ...). If
 there is an output ``affordance_image`` (AffordanceImage), recordings show its labels; if there is an output
-``ground_heights`` (GroundHeights, frame W), swings clear it."""
+``ground_heights`` (GroundHeights, frame W), swings clear it; if there is an output ``label_image`` (LabelImage), planners
+may weigh footholds by it."""
 
 
 def _superpixels(setup: RegionSourceSetup) -> PerceptionModule:
@@ -50,11 +53,13 @@ def _superpixels(setup: RegionSourceSetup) -> PerceptionModule:
         camera=setup.camera,
         further_cameras=setup.further_cameras,
         seed=setup.seed,
+        every_label=setup.every_label,
     )
 
 
 def _oracle(setup: RegionSourceSetup) -> OracleRegions:
-    return OracleRegions(setup.terrain, setup.robot.foot_radius, setup.config, timings=setup.timings)
+    robot, every = setup.robot, setup.every_label
+    return OracleRegions(setup.terrain, robot.foot_radius, setup.config, every_label=every, timings=setup.timings)
 
 
 region_sources.add(

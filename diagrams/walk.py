@@ -24,6 +24,7 @@ from quadpips_drake.timing import StageTimings
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND
 from quadpips_drake.visualization.walk_panel_system import WalkPanel
+from quadpips_drake.visualization.walk_visualizer_system import WalkVisualizer
 
 
 @configuration
@@ -126,22 +127,27 @@ class WalkDiagram(Diagram):
         if pushes or live:
             self.pushes = add_pushes(builder, self.station, pushes)
         if meshcat is not None:
-            self._add_visualizers(builder, meshcat, truth if panel or live else None)
+            self._add_visualizers(builder, meshcat, truth, pushes, follow=panel or live, keep_history=not live)
         self._export(builder, truth, state)
         builder.BuildInto(self)
         self.set_name("walk")
 
-    def _add_visualizers(self, builder: DiagramBuilder, meshcat, followed) -> None:
-        """Draws the robot; Meshcat's camera goes with ``followed``, a port of RobotState, if there is one."""
-        params = MeshcatVisualizerParams(publish_period=1.0 / FRAMES_PER_SECOND)
-        MeshcatVisualizer.AddToBuilder(builder, self.station.GetOutputPort("query_object"), meshcat, params)
-        if followed is not None:
-            follower = builder.AddSystem(CameraFollower(self.robot, meshcat))
-            builder.Connect(followed, follower.get_input_port())
-
     def set_initial_state(self, root_context, start) -> None:
         """Stands the robot on the terrain at ``start`` (x, y [m], yaw [rad]); raises UserInputError where it cannot."""
         self.station.set_initial_state(root_context, *start)
+
+    def _add_visualizers(
+        self, builder: DiagramBuilder, meshcat, truth, pushes: Sequence[Push], *, follow: bool, keep_history: bool
+    ) -> None:
+        period = 1.0 / FRAMES_PER_SECOND
+        query, params = self.station.GetOutputPort("query_object"), MeshcatVisualizerParams(publish_period=period)
+        MeshcatVisualizer.AddToBuilder(builder, query, meshcat, params)
+        arrows = builder.AddSystem(WalkVisualizer(self.robot, meshcat, pushes, period=period, keep_history=keep_history))
+        builder.Connect(truth, arrows.GetInputPort("robot_state"))
+        builder.Connect(self.command.GetOutputPort("velocity_command"), arrows.GetInputPort("velocity_command"))
+        if follow:
+            follower = builder.AddSystem(CameraFollower(self.robot, meshcat))
+            builder.Connect(truth, follower.get_input_port())
 
     def _export(self, builder: DiagramBuilder, truth, state) -> None:
         builder.ExportOutput(truth, "true_robot_state")

@@ -28,13 +28,13 @@ def main(
     picture: Annotated[Path, typer.Option(metavar="FILE.png", help="What every stage sees.")] = Path("perception.png"),
 ) -> None:
     """Draw what every stage of perception makes of one depth image of a standing robot."""
-    console.writable_directory(picture.parent)
+    console.picture_file("--picture", picture)
     show(load_terrain(terrain), load_robot(robot), picture)
 
 
 def show(terrain, robot, picture: Path) -> None:
     """Builds station and perception, lets them see for a moment and writes the picture."""
-    print(f"building {robot.name} on {terrain.name}")
+    print(f"building {robot.title} on {terrain.name}")
     timings = StageTimings()
     builder = DiagramBuilder()
     station = builder.AddSystem(ObservedStation(robot, terrain))
@@ -47,6 +47,7 @@ def show(terrain, robot, picture: Path) -> None:
     simulator.Initialize()
     simulator.AdvanceTo(0.001)
 
+    print("looking: depth, normals, labels, egocan, superpixels, regions")
     own = perception.GetMyContextFromRoot(context)
     names = ("affordance_image", "egocan", "superpixels", "region_set")
     image, can, superpixels, regions = (perception.GetOutputPort(name).Eval(own) for name in names)

@@ -18,7 +18,7 @@ from quadpips_drake.cli.trials import RunProgress
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.trial import Trial
-from quadpips_drake.visualization.plan_meshes import base_mesh, course_mesh, foothold_mesh, region_mesh, swing_mesh
+from quadpips_drake.visualization.plan_meshes import base_mesh, foothold_mesh, goal_mesh, region_mesh, start_mesh, swing_mesh
 from quadpips_drake.visualization.plots import save_plots
 from quadpips_drake.visualization.snapshot import ChaseView, SnapshotRenderer, film_strip, save_picture
 
@@ -43,12 +43,14 @@ def main(
         if len(observation.reference.times):
             moments.append((observation, read(trial.diagram, "region_set", trial.context)))
 
+    print(f"building {robot} on {terrain}, walking for at most {config.duration:g} s")
     with RunProgress(config.duration) as progress:
         trial = Trial(config)
         verdict = trial.run(progress=remember)
-    print(f"{verdict.reason}: {verdict.detail}")
+    print(f"{verdict.reason} after {trial.context.get_time():.1f} s: {verdict.detail}")
     if not moments:
         raise UserInputError(f"--duration {duration:g}: the robot had no plan yet that could be drawn; give it longer")
+    print(f"drawing {pictures} pictures and the plots")
     draw(trial, moments, pictures, out)
     print(f"pictures: {out}")
 
@@ -65,7 +67,8 @@ def picture(trial: Trial, observation, regions):
     """Returns one picture, uint8 (height, width, 3)."""
     state, reference = observation.robot_state, observation.reference
     overlays = [
-        course_mesh(trial.terrain),
+        start_mesh(trial.terrain),
+        goal_mesh(trial.terrain),
         region_mesh(regions),
         foothold_mesh(reference),
         swing_mesh(reference, trial.robot),

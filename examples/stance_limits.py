@@ -24,12 +24,13 @@ def main(
     picture: Annotated[Path, typer.Option(metavar="FILE.png", help="For the drawing.")] = Path("stance.png"),
 ) -> None:
     """Draw where a robot's feet may stand."""
-    console.writable_directory(picture.parent)
+    console.picture_file("--picture", picture)
     draw(load_robot(robot), picture)
 
 
 def draw(robot, picture: Path) -> None:
     """Prints the limits and writes the picture."""
+    print(f"trying how far the feet of {robot.title} reach")
     limits, feet = stance_limits(robot), robot.nominal_footholds_B
     for name, value in limits._asdict().items():
         print(f"{name} {value:.3f} m")

@@ -26,13 +26,13 @@ def main(
     picture: Annotated[Path, typer.Option(metavar="FILE.png", help="For the depth image.")] = Path("depth.png"),
 ) -> None:
     """Stand a robot on a terrain for a second and save what its depth camera sees."""
-    console.writable_directory(picture.parent)
+    console.picture_file("--picture", picture)
     show(load_terrain(terrain), load_robot(robot), picture)
 
 
 def show(terrain, robot, picture: Path) -> None:
     """Builds the station, simulates it and writes the picture."""
-    print(f"building {robot.name} on {terrain.name}")
+    print(f"building {robot.title} on {terrain.name}")
     station = ObservedStation(robot, terrain)
 
     simulator = Simulator(station)
@@ -42,12 +42,14 @@ def show(terrain, robot, picture: Path) -> None:
     station.GetInputPort("feedforward_torque").FixValue(context, np.zeros(12))
     station.GetInputPort("desired_joint_state").FixValue(context, np.concatenate((robot.nominal_joints, np.zeros(12))))
 
+    print("standing for a second")
     for time in np.arange(0.0, 1.01, 0.25):
         simulator.AdvanceTo(time)
         state = station.GetOutputPort("robot_state").Eval(context)
         tilt = np.degrees(state.rpy_WB[:2])
         print(f"t = {time:.2f} s: torso at {np.round(state.p_WB, 3)} m, roll and pitch {np.round(tilt, 2)} deg")
 
+    print("looking")
     depth = station.GetOutputPort("depth_image").Eval(context).data[:, :, 0]
     seen = np.isfinite(depth) & (depth > 0.0)
     print(f"depth image: {np.mean(seen):.0%} of the pixels see something, the nearest at {depth[seen].min():.2f} m")

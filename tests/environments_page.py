@@ -13,7 +13,7 @@ from quadpips_drake.terrain.suites import suite_names, suite_terrains
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.steppability import Steppability
-from quadpips_drake.visualization.plan_meshes import course_mesh
+from quadpips_drake.visualization.plan_meshes import goal_mesh, start_mesh
 from quadpips_drake.visualization.shapes import ColorMesh
 from quadpips_drake.visualization.snapshot import SnapshotRenderer, look_at
 from tests.source_tree import ROOT
@@ -141,7 +141,7 @@ def make_picture(name: str) -> Image.Image:
     """The world with a robot at the start and a flag at the goal, seen from the right and from above."""
     terrain = load_terrain(name)
     robot = load_robot("go2" if name.startswith("go2_") else "anymal_c")
-    overlays = course_mesh(terrain), _edges(terrain)
+    overlays = start_mesh(terrain), goal_mesh(terrain), _edges(terrain)
     renderer = SnapshotRenderer(robot, terrain, overlays=overlays, width=FINE * WIDTH, height=FINE * HEIGHT, fov_y=0.6)
     p_WB, joints = standing_pose(robot, GroundTruth(terrain), *terrain.start)
     image = renderer.render(p_WB, (0, 0, terrain.start[2]), joints, look_at(*_view(terrain)))

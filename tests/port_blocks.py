@@ -66,7 +66,11 @@ def plain_docstring(cls: type) -> str:
 
 def port_block(cls: type) -> PortBlock | None:
     """Returns what the docstring of ``cls`` says, or None if there is no block in it."""
-    doc = plain_docstring(cls)
+    return port_block_in(plain_docstring(cls))
+
+
+def port_block_in(doc: str) -> PortBlock | None:
+    """Returns what a plain docstring says, or None if there is no block in it."""
     match = _BLOCK.search(doc)
     if match is None:
         return None
@@ -80,6 +84,12 @@ def port_block(cls: type) -> PortBlock | None:
                 twice += [name] if (name, kind) in texts else []
                 texts[name, kind] = line
     return PortBlock(block.get("name"), ports["input"], ports["output"], texts, tuple(twice))
+
+
+def without_ports(doc: str) -> str:
+    """A plain docstring without its block and the list of ports below it."""
+    match = _BLOCK.search(doc)
+    return doc if match is None else doc[: match.start()] + _BULLET.sub("", doc[match.end() :])
 
 
 def _port(entry: str) -> Port:

@@ -43,9 +43,14 @@ def _entry(cls: type) -> list[str]:
     path = path.removeprefix("quadpips_drake/") if _part(cls) == "diagrams" else path
     first = plain_docstring(cls).split("\n\n")[0]
     lines = [f"### {cls.__name__}", "", f"`{path}`. {_inline(first)}"]
-    block = port_block(cls)
+    table = port_table(port_block(cls))
+    return [*lines, "", *table] if table else lines
+
+
+def port_table(block: PortBlock) -> list[str]:
+    """The lines of a table of all ports; empty where there are none."""
     rows = [*_rows(block, "input"), *_rows(block, "output")]
-    return [*lines, "", "| | port | |", "|---|---|---|", *rows] if rows else lines
+    return ["| | port | |", "|---|---|---|", *rows] if rows else []
 
 
 def _rows(block: PortBlock, kind: str) -> list[str]:

@@ -49,7 +49,7 @@ Regions = Annotated[str | None, typer.Option(metavar="NAME", help="Where planar 
 Trials = Annotated[int | None, typer.Option(min=1, metavar="N", help="Of each kind. Default: 10.")]
 FirstSeed = Annotated[int | None, typer.Option(min=0, metavar="N", help="Of the first trial; others follow. Default: 0.")]
 Difficulty = Annotated[
-    str | None, typer.Option(metavar="LOW:HIGH:N", help="N difficulties of the terrains, in their own unit.")
+    str | None, typer.Option(metavar="X|LOW:HIGH:N", help="Difficulty of the terrains, or N of them, in their own unit.")
 ]
 Duration = Annotated[
     float | None, typer.Option(parser=console.seconds, metavar="S", help="Longest simulated time of a trial, s.")

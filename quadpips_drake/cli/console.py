@@ -17,6 +17,8 @@ from quadpips_drake.errors import UserInputError
 
 SUCCESS, FAILURE, BAD_INPUT = 0, 1, 2
 """An interrupted command ends with 130 (Ctrl-C) or 128 and the number of the signal."""
+PICTURES = (".png", ".jpg", ".svg", ".pdf")
+"""What pictures may be written as."""
 _CONTROL = ("Cc", "Cf", "Cs", "Zl", "Zp")
 """Unicode categories of what changes how other text is shown instead of being shown."""
 
@@ -158,8 +160,8 @@ def to_directory(text: str) -> Path:
     return Path(text)
 
 
-def writable_directory(path: Path) -> Path:
-    """Makes the directory ``path`` when it is missing.
+def writable_directory(path: Path, option: str = "--out") -> Path:
+    """Makes the directory ``path``, which ``option`` names, when it is missing.
 
     Raises:
         UserInputError: it cannot be made or written to.
@@ -170,7 +172,19 @@ def writable_directory(path: Path) -> Path:
         probe.touch()
         probe.unlink()
     except OSError as error:
-        raise UserInputError(f"--out {path}: cannot write there ({error.strerror}); give a writable directory") from None
+        raise UserInputError(f"{option} {path}: cannot write there ({error.strerror}); give a writable directory") from None
+    return path
+
+
+def picture_file(option: str, path: Path) -> Path:
+    """Makes the directory of the picture ``path``, the value of ``option``, when it is missing.
+
+    Raises:
+        UserInputError: its name does not end as a picture's, or it cannot be written.
+    """
+    if path.suffix.lower() not in PICTURES:
+        raise UserInputError(f"{option} {path}: the name of a picture must end in {', '.join(PICTURES)}")
+    writable_directory(path.parent, option)
     return path
 
 

@@ -89,6 +89,8 @@ def checks() -> Iterator[Check]:
         yield Check(f"solver {solver}", partial(_solve, solver.lower()), reinstall, optional, isolated=True)
     egl = "install libEGL; on Debian or Ubuntu: apt install libegl1 libgl1"
     yield Check("depth camera (EGL)", _render, egl, isolated=True)
+    yield Check("films (ffmpeg)", _ffmpeg, reinstall)
+    yield Check("Rerun", _rerun, reinstall)
     yield Check("standing for a second", _stand, "run 'make test' to see which part fails", isolated=True)
 
 
@@ -198,6 +200,22 @@ def _render() -> str:
     if not seen > 0.05:
         raise CheckFailed("the ground in front of the robot does not appear in the depth image")
     return f"{image.width()}x{image.height()} depth image rendered ({1e3 * elapsed:.0f} ms for the first)"
+
+
+def _ffmpeg() -> str:
+    from imageio_ffmpeg import get_ffmpeg_version
+
+    return f"ffmpeg {get_ffmpeg_version()}"
+
+
+def _rerun() -> str:
+    from quadpips_drake.errors import UserInputError
+    from quadpips_drake.visualization.replaying.rerun_stream import import_rerun
+
+    try:
+        return f"rerun-sdk {import_rerun().__version__}"
+    except UserInputError:
+        raise CheckNoted("not installed; only --rerun needs it: pip install -c constraints.txt -e '.[rerun]'") from None
 
 
 def _stand() -> str:

@@ -9,12 +9,14 @@ from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import (
     Difficulty,
     Explain,
+    Film,
     Latency,
     MeshcatHost,
     NoRecording,
     Overwrite,
     Profile,
     Pushes,
+    Rerun,
     Robot,
     Scenario,
     Seed,
@@ -63,6 +65,16 @@ Spawn = Annotated[
 ]
 
 
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        parser=console.to_directory,
+        metavar="DIR",
+        help="For the results. Default: out/ROBOT-TERRAIN-PLANNER-SEED and what else differs from the defaults.",
+    ),
+]
+
+
 def run(
     scenario: Scenario = None,
     robot: Robot = None,
@@ -85,18 +97,13 @@ def run(
     ] = None,
     latency: Latency = None,
     threads: Threads = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            parser=console.to_directory,
-            metavar="DIR",
-            help="For the results. Default: out/ROBOT-TERRAIN-PLANNER-SEED and what else differs from the defaults.",
-        ),
-    ] = None,
+    out: Out = None,
     overwrite: Overwrite = False,
     meshcat: Annotated[bool, typer.Option("--meshcat", help="Show the run in a browser; prints the address.")] = False,
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
+    film: Film = None,
+    rerun: Rerun = None,
     profile: Profile = False,
     explain: Explain = False,
     sets: Sets = None,
@@ -115,10 +122,9 @@ def run(
     config = resolve_trial_config(scenario, {k: v for k, v in options.items() if v is not None}, chosen + (sets or []))
     from quadpips_drake.trials.trial import run_trial
 
-    host = watched_from(meshcat, meshcat_host)
-    out = out or default_directory(config)
-    options = {"overwrite": overwrite, "profile": profile, "explain": explain, "meshcat_host": host}
-    raise typer.Exit(run_and_report(run_trial, config, out, recording=not no_recording, **options))
+    wanted = {"overwrite": overwrite, "profile": profile, "explain": explain, "film": film, "rerun": rerun}
+    wanted |= {"meshcat_host": watched_from(meshcat, meshcat_host), "recording": not no_recording}
+    raise typer.Exit(run_and_report(run_trial, config, out or default_directory(config), **wanted))
 
 
 def resolve_trial_config(scenario: Path | None, options: dict, sets: list[str]):

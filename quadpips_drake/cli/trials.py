@@ -9,6 +9,7 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn
 
 from quadpips_drake.cli import console
+from quadpips_drake.cli.film import make_film_with_progress
 from quadpips_drake.cli.warming import compile_kernels
 from quadpips_drake.errors import UserInputError
 
@@ -30,6 +31,14 @@ Explain = Annotated[
     bool, typer.Option("--explain", help="Also write explain.html: how each plan came about, and what went wrong first.")
 ]
 NoRecording = Annotated[bool, typer.Option("--no-recording", help="Do not write recording.html.")]
+Film = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Also make a film, .mp4 or .gif, at the end; see 'quadpips film --help'."),
+]
+Rerun = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE.rrd", help="Also write what happens for the viewer Rerun; needs the package rerun-sdk."),
+]
 Sets = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value; may be repeated.")]
 Latency = Annotated[
     str | None,
@@ -125,7 +134,16 @@ class RunProgress:
 
 
 def run_and_report(
-    simulate: Callable, config, out: Path, *, recording: bool, overwrite: bool, meshcat_host: str | None, **options
+    simulate: Callable,
+    config,
+    out: Path,
+    *,
+    recording: bool,
+    overwrite: bool,
+    meshcat_host: str | None,
+    film: Path | None = None,
+    rerun: Path | None = None,
+    **options,
 ) -> int:
     """Runs a trial, prints what came out and returns the exit status.
 
@@ -136,17 +154,17 @@ def run_and_report(
         recording: whether to write recording.html.
         overwrite: whether earlier results in ``out`` may be replaced.
         meshcat_host: address on which a browser can watch the trial; None: no browser.
+        film: where to make a film of it at the end; None: nowhere.
+        rerun: file of Rerun to write; None: none.
         options: further keyword arguments of ``simulate``.
     """
-    from quadpips_drake.trials.reporting.post_mortem import repeating
-    from quadpips_drake.trials.reporting.words import last_lines
-
+    _check_names(film, rerun, out)
     browser = None if meshcat_host is None else _meshcat(meshcat_host)
     before = _contents(out)
     try:
         with RunProgress(config.duration) as progress:
             options |= {"meshcat": browser, "progress": progress, "announce": progress.announce}
-            options["warm_up"] = progress.warm_up
+            options |= {"warm_up": progress.warm_up, "rerun": rerun}
             result = simulate(config, out, recording=recording, overwrite=overwrite, **options)
     except KeyboardInterrupt as interrupt:
         written = [name for name, state in _contents(out).items() if before.get(name) != state]
@@ -159,6 +177,15 @@ def run_and_report(
     )
     for command in result.walk.get("commands", ()):
         _tell_command(command)
+    _tell_files(out, result, film, rerun)
+    return console.SUCCESS if result.success else console.FAILURE
+
+
+def _tell_files(out: Path, result, film: Path | None, rerun: Path | None) -> None:
+    """Says what lies where, and why it failed; and makes the film."""
+    from quadpips_drake.trials.reporting.post_mortem import repeating
+    from quadpips_drake.trials.reporting.words import last_lines
+
     there = _contents(out)
     for name, file in PAGES.items():
         if file in there:
@@ -167,7 +194,25 @@ def run_and_report(
         console.say(f"result:    {out / 'result.json'}")
     for line in last_lines(result, repeating(not result.planner, out)):
         console.say(line)
-    return console.SUCCESS if result.success else console.FAILURE
+    if rerun is not None and rerun.is_file():
+        console.say(f"rerun:     {rerun} (open it with: rerun {rerun})")
+    if film is not None:
+        if result.sim_time > 0.0:
+            make_film_with_progress(out, film)
+        else:
+            console.say("film:      none, because the trial never began")
+
+
+def _check_names(film: Path | None, rerun: Path | None, out: Path) -> None:
+    """Raises UserInputError now for what could not be written at the end."""
+    if film is not None:
+        from quadpips_drake.visualization.film.encoding import check_film_name
+
+        check_film_name(film, out)
+    if rerun is not None:
+        from quadpips_drake.visualization.replaying.rerun_stream import check_rerun_name
+
+        check_rerun_name(rerun, out)
 
 
 def resolve(schema: type, other: type, command: str, scenario: Path | None, options: dict, sets: list[str]):

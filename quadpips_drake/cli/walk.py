@@ -8,12 +8,14 @@ import typer
 from quadpips_drake.cli import console
 from quadpips_drake.cli.trials import (
     Difficulty,
+    Film,
     Latency,
     MeshcatHost,
     NoRecording,
     Overwrite,
     Profile,
     Pushes,
+    Rerun,
     Robot,
     Scenario,
     Seed,
@@ -47,6 +49,16 @@ Exit status: 0 upright at the end, 1 the trial failed, 2 bad input, 130 Ctrl-C, 
 """
 
 
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        parser=console.to_directory,
+        metavar="DIR",
+        help="For the results. Default: out/ROBOT-TERRAIN-GAIT-SEED and what else differs from the defaults.",
+    ),
+]
+
+
 def walk(
     scenario: Scenario = None,
     robot: Robot = None,
@@ -66,20 +78,15 @@ def walk(
     latency: Latency = None,
     start: Start = None,
     seed: Seed = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            parser=console.to_directory,
-            metavar="DIR",
-            help="For the results. Default: out/ROBOT-TERRAIN-GAIT-SEED and what else differs from the defaults.",
-        ),
-    ] = None,
+    out: Out = None,
     overwrite: Overwrite = False,
     meshcat: Annotated[
         bool, typer.Option("--meshcat", help="Show the walk in a browser, with sliders for velocity and gait.")
     ] = False,
     meshcat_host: MeshcatHost = None,
     no_recording: NoRecording = False,
+    film: Film = None,
+    rerun: Rerun = None,
     profile: Profile = False,
     sets: Sets = None,
 ):
@@ -97,10 +104,9 @@ def walk(
 
     config = resolve_walk_config(scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
     host = watched_from(meshcat, meshcat_host)
-    options = {"overwrite": overwrite, "profile": profile, "meshcat_host": host, "panel": host is not None}
-    raise typer.Exit(
-        run_and_report(run_walk, config, out or default_directory(config), recording=not no_recording, **options)
-    )
+    wanted = {"overwrite": overwrite, "profile": profile, "film": film, "rerun": rerun, "recording": not no_recording}
+    wanted |= {"meshcat_host": host, "panel": host is not None}
+    raise typer.Exit(run_and_report(run_walk, config, out or default_directory(config), **wanted))
 
 
 def resolve_walk_config(scenario: Path | None, options: dict, sets: list[str]):

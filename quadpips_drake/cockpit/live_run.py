@@ -50,6 +50,7 @@ class LiveRun:
         if trial.verdict is not None:
             return
         self._obey()
+        self._live.draw_push()
         deadline = time.monotonic() + self._pace.delay(time_now)
         if self._controls.stands_still or time.monotonic() >= self._told + PERIOD:
             self.tell()

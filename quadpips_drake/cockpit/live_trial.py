@@ -3,23 +3,31 @@
 from dataclasses import replace
 
 import numpy as np
+from pydrake.math import RigidTransform
 
 from quadpips_drake.cockpit.choices import Choice
 from quadpips_drake.cockpit.stock import Stock
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.faults.push_system import Push, force_at
+from quadpips_drake.faults.push_system import Push
 from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.trials.observation import Observation, observe, read
 from quadpips_drake.values.robot_state import RobotState
-from quadpips_drake.visualization.meshcat_layers import ROOT, draw_course, look_at_robot, set_color_mesh
-from quadpips_drake.visualization.plan_meshes import course_mesh
+from quadpips_drake.visualization.meshcat_layers import ROOT, draw_course, set_color_mesh
+from quadpips_drake.visualization.meshes.arrows import push_mesh
+from quadpips_drake.visualization.overlay.legend import LEGEND
+from quadpips_drake.visualization.plan_meshes import goal_mesh
 
-LAYERS = ("labels", "regions", "footholds", "swings", "base_reference", "stances", "course")
+LAYERS = tuple(entry.layer for entry in LEGEND)
 """What can be shown or not, in the order of the switches."""
+_OF_WALKS = ("course/start", "command", "pushes")
+_OF_RUNS = tuple(layer for layer in LAYERS if layer != "command")
 MAX_FORCE = 2000.0
 """Of a push [N]."""
 MAX_PUSH_TIME = 2.0
 """Longest push [s]."""
+_PUSH_PATH = f"{ROOT}/pushes/by_hand"
+_PUSH_SHOWN = 0.4
+"""The arrow of a push is there for so long at least [s]."""
 
 
 class LiveTrial:
@@ -28,14 +36,14 @@ class LiveTrial:
     def __init__(self, choice: Choice, *, meshcat=None):
         """Builds everything; ``meshcat``: where to draw, whatever it shows is deleted."""
         self.choice, self._meshcat, self.stock = choice, meshcat, Stock()
-        self.layers = dict.fromkeys(LAYERS, True)
+        self.layers = dict.fromkeys(_OF_WALKS if choice.is_walk else _OF_RUNS, True)
+        """Those that there are, and whether they are shown."""
+        self._push_ends: float | None = None
         if meshcat is not None:
             meshcat.Delete()
         self.trial = choice.trial(meshcat=meshcat, spare=self.stock.elements)
         if meshcat is not None:
-            draw_course(meshcat, self.trial.terrain)
-            if choice.is_walk:
-                look_at_robot(meshcat, self.trial.terrain.start[:2])
+            draw_course(meshcat, self.trial.terrain, has_goal=self.trial.HAS_GOAL)
 
     @property
     def state(self) -> RobotState:
@@ -53,7 +61,7 @@ class LiveTrial:
 
     def pushing(self) -> np.ndarray:
         """The force on the base at this moment, in W [N], (3,)."""
-        return force_at(self.trial.pushes, self.trial.context.get_time())
+        return self.trial.force_on_base(self.trial.context.get_time())
 
     def port(self, name: str):
         """The value at a port of the whole diagram; None where there is none."""
@@ -66,7 +74,7 @@ class LiveTrial:
             raise UserInputError("a walk by velocity has no goal; choose a planner")
         self.trial.move_goal((x, y))
         if self._meshcat is not None:
-            set_color_mesh(self._meshcat, f"{ROOT}/course", course_mesh(self.trial.terrain))
+            set_color_mesh(self._meshcat, f"{ROOT}/course/goal", goal_mesh(self.trial.terrain))
         return f"goal at {x:.2f}, {y:.2f}"
 
     def push(self, forward: float, left: float, up: float, duration: float) -> str:
@@ -75,7 +83,9 @@ class LiveTrial:
         size = float(np.linalg.norm(force))
         if not 0.0 < size <= MAX_FORCE or not 0.0 < duration <= MAX_PUSH_TIME:
             raise UserInputError(f"a push must have up to {MAX_FORCE:g} N and last up to {MAX_PUSH_TIME:g} s")
-        self.trial.push(Push([float(f) for f in force], self.trial.context.get_time(), duration))
+        push = Push([float(f) for f in force], self.trial.context.get_time(), duration)
+        self.trial.push(push)
+        self._draw_push(push)
         return f"pushed with {size:.0f} N for {duration:g} s ({size * duration:.0f} N s)"
 
     def spawn(self, kind: str, x: float, y: float) -> str:
@@ -94,11 +104,30 @@ class LiveTrial:
         return f"gait {gait}" if gait != before else ""
 
     def show_layer(self, layer: str, shown: bool) -> str:
-        """Shows or hides one of LAYERS in Meshcat."""
+        """Shows or hides one of LAYERS in Meshcat; does nothing where this trial has no such layer."""
+        if layer not in self.layers:
+            return ""
         self.layers[layer] = shown
         if self._meshcat is not None:
             self._meshcat.SetProperty(f"{ROOT}/{layer}", "visible", shown)
         return ""
+
+    def draw_push(self) -> None:
+        """Lets the arrow of a push go with the robot, and vanish _PUSH_SHOWN after it."""
+        if self._meshcat is None or self._push_ends is None:
+            return
+        if self.trial.context.get_time() >= self._push_ends:
+            self._meshcat.SetProperty(_PUSH_PATH, "visible", False)
+            self._push_ends = None
+        else:
+            self._meshcat.SetTransform(_PUSH_PATH, RigidTransform(self.state.p_WB))
+
+    def _draw_push(self, push: Push) -> None:
+        if self._meshcat is not None:
+            set_color_mesh(self._meshcat, _PUSH_PATH, push_mesh(push.force))
+            self._meshcat.SetProperty(_PUSH_PATH, "visible", True)
+            self._push_ends = push.time + max(push.duration, _PUSH_SHOWN)
+            self.draw_push()
 
     def take_notes(self) -> list[tuple[float, str, str]]:
         """What systems have said in words since the last call: (time [s], who, what)."""

@@ -1,6 +1,5 @@
 """What the page asks for, JSON objects like {"do": "goal", "x": 1.0, "y": 0.5}: checked, and passed on to the session."""
 
-import math
 from dataclasses import replace
 
 from quadpips_drake.cockpit.choices import possibilities
@@ -30,11 +29,18 @@ def obey(session: Session, message: object) -> None:
 
 def _number(message: dict, key: str, low: float = -1000.0, high: float = 1000.0) -> float:
     value = message.get(key)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or value != value:
         raise UserInputError(f"'{key}' must be a number")
-    if not low <= value <= high:
-        raise UserInputError(f"'{key}' must be {low:g} to {high:g}, not {value:g}")
+    if not low <= value <= high:  # also an integer that is too large to be written as a float
+        raise UserInputError(f"'{key}' must be {low:g} to {high:g}, not {value!s:.20}")
     return float(value)
+
+
+def _whole_number(message: dict, key: str, low: int, high: int) -> int:
+    value = _number(message, key, low, high)
+    if not value.is_integer():
+        raise UserInputError(f"'{key}' must be a whole number, not {value:g}")
+    return int(value)
 
 
 def _one_of(message: dict, key: str, names) -> str:
@@ -49,7 +55,7 @@ def _begin(session: Session, message: dict) -> None:
     known = possibilities(choice)
     names = {key: _one_of(message, key, known[key]) for key in ("robot", "terrain", "planner") if key in message}
     if "seed" in message:
-        names["seed"] = int(_number(message, "seed", 0, MAX_SEED))
+        names["seed"] = _whole_number(message, "seed", 0, MAX_SEED)
     if names.get("terrain", choice.terrain) != choice.terrain:
         names["difficulty"] = None  # it was that of the other one
     session.begin(replace(choice, **names))
@@ -73,7 +79,7 @@ _ACTIONS = {
     "begin": _begin,
     "pause": lambda session, message: session.pause(True),
     "go_on": lambda session, message: session.pause(False),
-    "step": lambda session, message: session.step(int(_number(message, "number", 1, MAX_STEPS))),
+    "step": lambda session, message: session.step(_whole_number(message, "number", 1, MAX_STEPS)),
     "speed": _speed,
     "goal": lambda session, message: session.move_goal(_number(message, "x"), _number(message, "y")),
     "push": _push,

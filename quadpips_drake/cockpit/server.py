@@ -14,11 +14,11 @@ from tornado.web import Application, HTTPError, RequestHandler, StaticFileHandle
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from quadpips_drake.cockpit.choices import possibilities
-from quadpips_drake.cockpit.live_trial import LAYERS
 from quadpips_drake.cockpit.messages import obey
 from quadpips_drake.cockpit.session import Session
 from quadpips_drake.cockpit.stock import KINDS
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.visualization.overlay.legend import LEGEND, plain_legend
 
 LOCAL = "localhost"
 _PAGE = Path(__file__).parent / "page"
@@ -27,7 +27,10 @@ _PERIOD = 0.05
 _LINGER = 5.0
 """How long after the end of a run without any page the cockpit ends, too [s]."""
 _LARGEST_MESSAGE = 10_000
-"""Of a page [bytes]."""
+"""Of a page [bytes]; whoever sends a larger one is cut off."""
+ENDED = 4000
+"""The code with which a page's link is closed when the cockpit ends; after any other one the page links again."""
+_LOCAL_HOSTS = (LOCAL, "127.0.0.1", "::1")
 _LOCAL_NAMES = r"(localhost|127\.0\.0\.1|\[::1\])"
 
 
@@ -69,7 +72,7 @@ class Server:
         ]
         self._application = Application(websocket_max_message_size=_LARGEST_MESSAGE)
         # Under another name no page is served: a foreign page whose name leads to this machine gets nothing.
-        self._application.add_handlers(_LOCAL_NAMES if host == LOCAL else r".*", routes)
+        self._application.add_handlers(_LOCAL_NAMES if host in _LOCAL_HOSTS else r".*", routes)
 
     async def serve(self, sockets: list) -> None:
         """Serves until somebody ends it, or the run is over and no page is open."""
@@ -83,7 +86,7 @@ class Server:
             ticking.stop()
             server.stop()
             for link in list(self.links):
-                link.close(reason="the cockpit has ended")
+                link.close(ENDED, "the cockpit has ended")
             await asyncio.sleep(_PERIOD)  # so that they are told
 
     def end(self) -> None:
@@ -92,8 +95,8 @@ class Server:
 
     def hello(self) -> dict:
         """What a page is told first."""
-        choices = possibilities(self.session.snapshot.choice)
-        return {"choices": choices, "layers": LAYERS, "kinds": list(KINDS), "meshcat": self.session.meshcat_port}
+        choices, layers = possibilities(self.session.snapshot.choice), plain_legend([entry.layer for entry in LEGEND])
+        return {"choices": choices, "layers": layers, "kinds": list(KINDS), "meshcat": self.session.meshcat_port}
 
     def come(self, link: "_Link") -> None:
         """A page was opened; the first one lets the robot go."""
@@ -129,21 +132,23 @@ class _Link(WebSocketHandler):
 
     def open(self) -> None:
         self.set_nodelay(True)
-        self.write_message(json.dumps({"hello": self._server.hello()}))
+        self._sending = asyncio.ensure_future(self._send(json.dumps({"hello": self._server.hello()})))
         self._server.come(self)
 
     def on_close(self) -> None:
         self._server.go(self)
 
-    def on_message(self, text: str | bytes) -> None:
+    async def on_message(self, text: str | bytes) -> None:
         try:
             message = json.loads(text)
             if message == {"do": "end"}:
                 self._server.end()
             else:
                 obey(self._server.session, message)
-        except (UserInputError, ValueError) as error:
-            self.write_message(json.dumps({"error": str(error)}))
+        except UserInputError as error:
+            await self._send(json.dumps({"error": str(error)}))
+        except (ValueError, RecursionError):
+            await self._send(json.dumps({"error": "the page has sent what is no JSON"}))
 
     def wants(self, snapshot) -> bool:
         """Whether it has not been told ``snapshot`` and is ready for it: nothing piles up before a slow browser."""

@@ -24,9 +24,9 @@ class RegionTable(NamedTuple):
     """Largest distance of a vertex from the origin [m], (n,)."""
 
 
-def may_carry_a_foot(region: PlanarRegion, max_slope: float) -> bool:
-    """Whether the label, the slope [rad] and the inset polygon of ``region`` allow a foothold."""
-    steppable = region.label in (Steppability.UNKNOWN, Steppability.STEPPABLE)
+def may_carry_a_foot(region: PlanarRegion, max_slope: float, every_label: bool = False) -> bool:
+    """Whether slope [rad], inset polygon and label (any if ``every_label``) of ``region`` allow a foothold."""
+    steppable = every_label or region.label in (Steppability.UNKNOWN, Steppability.STEPPABLE)
     return steppable and len(region.inset) >= 3 and float(region.normal[2]) >= np.cos(max_slope)
 
 

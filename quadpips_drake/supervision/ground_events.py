@@ -16,11 +16,11 @@ from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.sensing.robot_shapes import load_robot_shapes
-from quadpips_drake.trajectory.swing.ground_profile import SAMPLES, ground_profile
+from quadpips_drake.trajectory.swing.ground_profile import PARTS, SAMPLES, ground_profile
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
-from quadpips_drake.values.regions import GroundHeights, RegionSet
+from quadpips_drake.values.regions import GroundHeights, PlanarRegion, RegionSet
 from quadpips_drake.values.steppability import Steppability
 
 FOOTHOLD_LOST, SWING_BLOCKED, WAY_BLOCKED = "foothold_lost", "swing_blocked", "way_blocked"
@@ -38,8 +38,6 @@ _AROUND = 0.6
 """So far around a place it is looked for what has appeared there [m]."""
 _BODY_POINTS = 2
 """So many of them must be too high: one alone may be noise."""
-_PARTS = np.linspace(0.0, 1.0, SAMPLES)
-"""Of the way of a swing, where its profile has samples [1]."""
 _ROUNDING = 1e-9
 """Distances that are computed in two ways differ by less [m]."""
 
@@ -101,9 +99,15 @@ class Doubts(ImmutableValue):
 class Places:
     """Where a foot may stand."""
 
-    def __init__(self, regions: RegionSet):
-        self._regions = [r for r in regions.regions if r.label in (Steppability.UNKNOWN, Steppability.STEPPABLE)]
+    def __init__(self, regions: RegionSet, every_label: bool = False):
+        """``every_label``: whether labels forbid nothing."""
+        self._labels = tuple(Steppability) if every_label else (Steppability.UNKNOWN, Steppability.STEPPABLE)
+        self._regions = [region for region in regions.regions if region.label in self._labels]
         self._poses = np.array([region.X_WR for region in self._regions]).reshape(-1, 4, 4)
+
+    def watch(self, region: PlanarRegion | None) -> bool:
+        """Whether a foothold in ``region`` must stay in one: not if nobody saw it or its label was no reason against it."""
+        return region is not None and region.id >= 0 and region.label in self._labels
 
     def hold(self, points: np.ndarray, tolerance: float) -> np.ndarray:
         """Which ``points`` (n, 3) in W a region contains, or is ``tolerance`` [m] away from at most, bool (n,)."""
@@ -164,6 +168,7 @@ def find_problems(
     feet: np.ndarray,
     extent: Extent,
     config: GroundEventConfig,
+    every_label: bool = False,
 ) -> list[Problem]:
     """Returns what speaks against the rest of ``reference``, in which the robot can still stop before it.
 
@@ -176,6 +181,7 @@ def find_problems(
         feet: where the feet are, their centres in W [m], (4, 3).
         extent: of the robot.
         config: what counts.
+        every_label: whether footholds may come to lie in regions of any label.
     """
     coming, starts, last = [], [], {}
     for foothold in reference.footholds:
@@ -183,7 +189,7 @@ def find_problems(
             coming.append(foothold)
             starts.append(last.get(foothold.leg, feet[foothold.leg]))
         last[foothold.leg] = foothold.position
-    lost = lost_footholds(coming, Places(regions), ground, before, extent.foot_radius, config)
+    lost = lost_footholds(coming, Places(regions, every_label), ground, before, extent.foot_radius, config)
     risen = obstacles_on_swings(starts, coming, ground, extent.foot_radius, config)
     problems = []
     for foothold, words, height in zip(coming, lost, risen, strict=True):
@@ -231,12 +237,11 @@ def lost_footholds(
     for k, foothold in enumerate(footholds):
         words = ""
         if number[k] >= _SEEN * len(disc):
-            was_seen = foothold.region is not None and foothold.region.id >= 0
             if abs(changes[k]) > config.height_change:
                 words = f"the ground is {abs(changes[k]):.2f} m {'higher' if changes[k] > 0 else 'lower'} than planned"
             elif touched[k]:
                 words = f"the ground beside it has risen by {np.nanmax(risen[k]):.2f} m"
-            elif was_seen and not held[k]:
+            elif places.watch(foothold.region) and not held[k]:
                 words = "in no region any more"
         verdicts.append(words)
     return verdicts
@@ -255,7 +260,7 @@ def obstacles_on_swings(
         found.append(None)
         if foothold.profile is None or len(foothold.profile) != SAMPLES or not ground.height.size:
             continue
-        straight = start[2] + _PARTS * (foothold.position[2] - start[2]) + foothold.apex_height
+        straight = start[2] + PARTS * (foothold.position[2] - start[2]) + foothold.apex_height
         now = ground_profile(start, foothold.position, (), radius, ground)
         excess = float((now - np.maximum(foothold.profile, straight))[_ENDS:-_ENDS].max())
         if excess > config.height_change:

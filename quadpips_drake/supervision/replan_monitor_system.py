@@ -74,11 +74,19 @@ class ReplanMonitor(Stage):
     All outputs are updated at ``config.rate`` (10 Hz).
     """
 
-    def __init__(self, robot: RobotModel, config: MonitorConfig | None = None, *, timings: StageTimings | None = None):
+    def __init__(
+        self,
+        robot: RobotModel,
+        config: MonitorConfig | None = None,
+        *,
+        every_label: bool = False,
+        timings: StageTimings | None = None,
+    ):
+        """``every_label``: whether no foothold is lost because of a label."""
         first = Monitor(PlanRequest(0, 0.0, np.zeros(2)))
         memory = _Memory(first, PlannerStatus(0.0, PlannerPhase(first.phase), first.reason))
         super().__init__("replan_monitor", config or MonitorConfig(), memory=memory, timings=timings)
-        self._robot = robot
+        self._robot, self._every_label = robot, every_label
         self.declare_input("robot_state", RobotState)
         self.declare_vector_input("goal", 2)
         self.declare_input("reference", WholeBodyReference)
@@ -138,4 +146,4 @@ class ReplanMonitor(Stage):
         feet = self._robot.foot_positions_W(inputs.robot_state)
         extent = extent_of(self._robot)
         now, before = inputs.ground_heights, monitor.ground_then[0]
-        return tuple(find_problems(inputs.reference, time, regions, now, before, feet, extent, config))
+        return tuple(find_problems(inputs.reference, time, regions, now, before, feet, extent, config, self._every_label))

@@ -9,7 +9,8 @@ from pydrake.geometry import Mesh as MeshShape
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
-from quadpips_drake.terrain.plant_builder import COLORS, MAX_WHOLE, add_terrain_visual
+from quadpips_drake.terrain.element_colors import COLORS
+from quadpips_drake.terrain.plant_builder import MAX_WHOLE, add_terrain_visual
 from quadpips_drake.terrain.terrain import Cylinder, Element, Sphere, Terrain
 from quadpips_drake.terrain.triangles import in_memory_mesh, joined_triangles
 from quadpips_drake.values.steppability import Steppability

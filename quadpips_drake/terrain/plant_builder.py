@@ -9,20 +9,13 @@ from pydrake.geometry import Sphere as SphereShape
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
+from quadpips_drake.terrain.element_colors import COLORS, element_colors
 from quadpips_drake.terrain.ground_window import GroundWindow, check_density
 from quadpips_drake.terrain.terrain import Box, Cylinder, Element, Mesh, Sphere, Terrain
 from quadpips_drake.terrain.triangles import in_memory_mesh, joined_triangles
-from quadpips_drake.values.steppability import Steppability
 
 MAX_WHOLE = 200
 """Up to this many shapes of a terrain take part in collisions as a whole, and as many elements are drawn one by one."""
-COLORS = {
-    Steppability.UNKNOWN: (0.60, 0.60, 0.60, 1.0),
-    Steppability.STEPPABLE: (0.70, 0.67, 0.60, 1.0),
-    Steppability.PASSABLE: (0.86, 0.62, 0.28, 1.0),
-    Steppability.NON_PASSABLE: (0.33, 0.36, 0.42, 1.0),
-}
-"""Red, green, blue, alpha of the elements by label."""
 _PREFIX = "terrain_"
 """Of the names of all geometries."""
 MESH_THICKNESS = 0.1
@@ -53,7 +46,7 @@ def add_terrain_to_plant(terrain: Terrain, plant: MultibodyPlant, scene_graph: S
         check_density(terrain.name, bounds)
     if not one_by_one:
         add_terrain_visuals(terrain, plant)
-    ids, properties = [], None
+    ids, properties, colors = [], None, element_colors(terrain)
     for index, element in enumerate(terrain.elements):
         # Drake numbers what is registered, and the numbers decide in which order contacts are summed up: the last bits of
         # forces. So this order is kept.
@@ -65,7 +58,7 @@ def add_terrain_to_plant(terrain: Terrain, plant: MultibodyPlant, scene_graph: S
                 scene_graph.RemoveRole(source_id=plant.get_source_id(), geometry_id=id, role=Role.kProximity)
         ids += new
         if one_by_one:
-            add_terrain_visual(index, element, plant)
+            add_terrain_visual(index, element, plant, colors[index])
     return GroundWindow(scene_graph, plant.get_source_id(), ids, bounds, properties) if is_large else None
 
 
@@ -75,18 +68,19 @@ def element_index(name: str) -> int:
 
 
 def add_terrain_visuals(terrain: Terrain, plant: MultibodyPlant):
-    """Lets cameras (role perception) and Meshcat (illustration) see ``terrain``, in the colours of the labels.
+    """Lets cameras (role perception) and Meshcat (illustration) see ``terrain``; for the colours see ``element_colors``.
 
-    Many elements become one mesh for each label, which is drawn much faster than they would be one by one.
+    Many elements become one mesh for each colour, which is drawn much faster than they would be one by one.
     """
+    colors = element_colors(terrain)
     if len(terrain.elements) <= MAX_WHOLE:
         for index, element in enumerate(terrain.elements):
-            add_terrain_visual(index, element, plant)
+            add_terrain_visual(index, element, plant, colors[index])
         return
-    for label in sorted({element.label for element in terrain.elements}):
-        vertices, triangles = joined_triangles([element for element in terrain.elements if element.label == label])
-        shape, color = MeshShape(in_memory_mesh(vertices, triangles)), np.array(COLORS[label])
-        plant.RegisterVisualGeometry(plant.world_body(), RigidTransform(), shape, f"terrain_{label.name.lower()}", color)
+    for number, color in enumerate(sorted(set(colors))):
+        same = [element for element, its in zip(terrain.elements, colors, strict=True) if its == color]
+        shape = MeshShape(in_memory_mesh(*joined_triangles(same)))
+        plant.RegisterVisualGeometry(plant.world_body(), RigidTransform(), shape, f"terrain_{number}", np.array(color))
 
 
 def _add_collision_shapes(index: int, element: Element, plant: MultibodyPlant, friction: float) -> list[GeometryId]:
@@ -97,10 +91,12 @@ def _add_collision_shapes(index: int, element: Element, plant: MultibodyPlant, f
     ]
 
 
-def add_terrain_visual(index: int, element: Element, plant: MultibodyPlant) -> None:
-    """Shows one element, as itself, in the colour of its label."""
-    shape, X_WE, color = visual_shape(element), RigidTransform(element.X_WE), np.array(COLORS[element.label])
-    plant.RegisterVisualGeometry(plant.world_body(), X_WE, shape, f"{_PREFIX}{index:04d}", color)
+def add_terrain_visual(index: int, element: Element, plant: MultibodyPlant, color=None) -> None:
+    """Shows one element, as itself, in a ``color`` (red, green, blue, alpha; default: that of its label)."""
+    rgba = np.array(color or COLORS[element.label])
+    plant.RegisterVisualGeometry(
+        plant.world_body(), RigidTransform(element.X_WE), visual_shape(element), f"{_PREFIX}{index:04d}", rgba
+    )
 
 
 def visual_shape(element: Element):

@@ -3,7 +3,7 @@
 import traceback
 from collections.abc import Callable
 from contextlib import nullcontext
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 
 from quadpips_drake.compiling import on_compiling, remove_broken_kernels
@@ -20,9 +20,16 @@ from quadpips_drake.trials.reporting.report_page import REPORT
 from quadpips_drake.trials.result import TrialResult, installed_versions
 from quadpips_drake.trials.result_directory import ResultDirectory, why
 from quadpips_drake.trials.simulated_trial import BREAKDOWNS, SimulatedTrial, SimulationConfig, in_one_line
+from quadpips_drake.trials.telling.narrator import Narrator
+from quadpips_drake.trials.telling.rerun_watcher import RerunWatcher
 from quadpips_drake.trials.warming.warm_up import warm_up
 from quadpips_drake.visualization.meshcat_layers import draw_course
+from quadpips_drake.visualization.overlay.story import Story
 from quadpips_drake.visualization.recording import make_quiet_meshcat, save_recording, start_recording
+
+AFTERMATH = 1.0
+"""How long a recording goes on after a fall [s]."""
+_FALLS = ("fell", "left_terrain")
 
 
 def record_trial(
@@ -35,6 +42,7 @@ def record_trial(
     profile: bool = False,
     explain: bool = False,
     report: bool = True,
+    rerun: Path | None = None,
     meshcat=None,
     progress: Callable[[float], None] | None = None,
     announce: Callable[[str], None] = lambda text: None,
@@ -49,16 +57,15 @@ def record_trial(
 
     Args:
         kind: which trial; called with ``config``, ``meshcat`` and ``options``.
-        config: what to run.
-        out: directory for the files, made when missing.
+        config: what to run; out: directory for the files, made when missing.
         recording: whether to write recording.html.
         overwrite: whether earlier results in ``out`` may be replaced.
         profile: whether to write profile.html and profile.json: where the computing time of the simulation went.
         explain: whether to write explain.html: how each plan came about, and what went wrong at the end.
         report: whether to write report.html: how it went, and why it failed.
+        rerun: file of Rerun (.rrd) to write; None: none.
         meshcat: a Meshcat to show the trial in while it runs; made when a recording is wanted.
-        progress: called with the simulated time [s] now and then.
-        announce: told what goes on before and after the simulation.
+        progress: called with the simulated time [s] now and then; announce: told what goes on before and after that.
         warm_up: called before anything is built, to compile the numerical kernels where that has not happened yet.
         options: further keyword arguments of ``kind``.
 
@@ -80,9 +87,10 @@ def record_trial(
             except BREAKDOWNS as error:
                 return _refused(config, directory, error)
             if meshcat is not None:
-                draw_course(meshcat, trial.terrain)
+                draw_course(meshcat, trial.terrain, has_goal=trial.HAS_GOAL)
             _begin(config, directory)
-            instruments = SimulationProfiler() if profile else None, Explainer() if explain else None
+            watched = RerunWatcher(rerun, trial) if rerun is not None else None
+            instruments = SimulationProfiler() if profile else None, Explainer() if explain else None, watched
             return _simulate(trial, directory, meshcat if recording else None, instruments, report, progress, announce)
 
 
@@ -128,15 +136,21 @@ def _simulate(
         trial: that was built.
         directory: for the files.
         recorder: the Meshcat that records it, or None.
-        instruments: a SimulationProfiler or None, an Explainer or None.
+        instruments: a SimulationProfiler or None, an Explainer or None, a RerunWatcher or None.
         report, progress, announce: see ``record_trial``.
     """
     if recorder is not None:
         start_recording(recorder)
-    interrupt, (profiler, explainer) = None, instruments
+    interrupt, (profiler, explainer, rerun), narrator = None, instruments, Narrator()
+    watchers = [watcher for watcher in (narrator, explainer, rerun) if watcher]
+
+    def look(trial: SimulatedTrial) -> None:
+        for watcher in watchers:
+            watcher.look(trial)
+
     try:
         with profiler or nullcontext():
-            trial.run(profiler.watching(progress) if profiler else progress, explainer.look if explainer else None)
+            trial.run(profiler.watching(progress) if profiler else progress, look)
     except KeyboardInterrupt as signal:
         interrupt = signal
     with undisturbed():
@@ -146,14 +160,19 @@ def _simulate(
         files = {"result.json": result.save, "log.npz": trial.log.save}
         if trial.traceback:
             files["error.txt"] = lambda path: write_text(path, trial.traceback)
-        if recorder is not None:
-            files["recording.html"] = partial(save_recording, recorder, title=trial.title())
+        story = narrator.finish(trial)
+        if story.tracks:
+            files["story.json"] = story.save
+        if rerun is not None:
+            rerun.finish(story)
         if explainer is not None:
             files["explain.html"] = lambda path: write_text(path, explanation_of(trial, explainer, result))
         if profiler is not None:
             found = cache(lambda: profile_of(trial, profiler))
             files["profile.json"] = lambda path: found().save_json(path)
             files["profile.html"] = lambda path: found().save_html(path)
+        if recorder is not None:  # after all else of it: the simulation may go on
+            files["recording.html"] = lambda path: _save_recording(trial, recorder, story, path)
         if reported is not None:
             files[REPORT] = reported.save  # last: it links to the others
         failures = _write(files, directory)
@@ -166,6 +185,13 @@ def _simulate(
     if failures:
         raise UserInputError(f"{result.reason.replace('_', ' ')} after {result.sim_time:.1f} s, but {failures}")
     return result
+
+
+def _save_recording(trial: SimulatedTrial, recorder, story: Story, path: Path) -> None:
+    """Writes recording.html; after a fall it shows what became of the robot."""
+    if trial.verdict is not None and trial.verdict.reason in _FALLS:
+        trial.go_on(AFTERMATH)
+    save_recording(recorder, path, story, robot=trial.robot.name)
 
 
 def _told(trial: SimulatedTrial) -> TrialResult:

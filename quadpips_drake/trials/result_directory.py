@@ -10,7 +10,7 @@ from quadpips_drake.errors import UserInputError
 
 TRIAL_FILES = (
     *("result.json", "log.npz", "recording.html", "config.yaml", "error.txt"),
-    *("report.html", "explain.html", "profile.html", "profile.json"),
+    *("report.html", "story.json", "film.mp4", "explain.html", "profile.html", "profile.json"),
 )
 """What a trial writes."""
 _LOCK = ".lock"

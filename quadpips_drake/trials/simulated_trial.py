@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 from quadpips_drake.compiling import work_clock
 from quadpips_drake.configuration.schema import MAX_DURATION, MAX_SEED, configuration, ranged
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.faults.push_system import Push
+from quadpips_drake.faults.push_system import Push, force_at
 from quadpips_drake.framework.background import Background
 from quadpips_drake.framework.stage import compute_in_background
 from quadpips_drake.interruption import check as check_interruption
@@ -88,6 +88,8 @@ class SimulatedTrial:
 
     SUCCESS = ""
     """The reason that means success."""
+    HAS_GOAL = True
+    """Whether it is about reaching the terrain's goal."""
 
     def __init__(
         self,
@@ -121,7 +123,7 @@ class SimulatedTrial:
         self.spawner = spawner
         self.live = live
         self.pushes = list(getattr(config, "pushes", ()))
-        """All forces on the base, those included that came up while it went on."""
+        """Forces on the base, those included that came up while it went on."""
         self.log = TrialLog(keep=1 if live else None)
         self.progress: list = []
         self.verdict: Verdict | None = None
@@ -152,10 +154,18 @@ class SimulatedTrial:
         """The Terrain as it is now, with all that has appeared."""
         return self.terrain if self.spawner is None else self.spawner.terrain
 
+    def appeared(self) -> list[list]:
+        """Number in the station, time [s] and X_WE (16 numbers) of each element that has appeared."""
+        return [] if self.spawner is None else self.spawner.places()
+
+    def force_on_base(self, time: float) -> np.ndarray:
+        """Sum of the pushes at ``time`` [s], in W [N], (3,)."""
+        return force_at(self.pushes, time)
+
     def prepare_world(self) -> None:
         """Called before each step: lets appear what is due; raises UserInputError for what makes no sense now."""
         self.diagram.station.bring_ground_near(self.context)
-        if self.spawner is None:
+        if self.spawner is None or not self.spawner.is_waiting:
             return
         time, reference = self.context.get_time(), read(self.diagram, "reference", self.context)
         if self.spawner.advance(self.context, time, reference):
@@ -164,9 +174,10 @@ class SimulatedTrial:
             self.log.appeared += [(time, *element.bounds()) for elements in new for element in elements.elements]
 
     def push(self, push: Push) -> None:
-        """Lets ``push`` act as well; in a ``live`` trial."""
+        """Lets ``push`` act as well; in a ``live`` trial, which forgets those that are over."""
         self.diagram.pushes.add(self.context, push)
-        self.pushes.append(push)
+        now = self.context.get_time()
+        self.pushes = [*(p for p in self.pushes if p.time + p.duration > now), push]
 
     def spawn(self, spawn: Appearance, first: int) -> None:
         """Lets ``spawn`` appear now, as the station's elements from number ``first`` on; in a ``live`` trial.
@@ -221,6 +232,16 @@ class SimulatedTrial:
                 self._background.close()
                 compute_in_background(self.diagram, None)
         return self.verdict
+
+    def go_on(self, duration: float) -> None:
+        """Simulates on for ``duration`` [s] after the verdict, for those who watch; nothing is logged or judged any more."""
+        step, start = 1.0 / self.config.log_rate, self.context.get_time()
+        try:
+            for tick in range(1, round(duration / step) + 1):
+                self.prepare_world()
+                self.simulator.AdvanceTo(start + tick * step)
+        except (UserInputError, *BREAKDOWNS):
+            return  # what lies on the ground may break off; the verdict stands
 
     def note_progress(self, stamp: float, fraction: float) -> None:
         """Enters ``fraction`` (0..1) into the result's progress, every PROGRESS_PERIOD."""

@@ -9,7 +9,7 @@ from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.diagrams.planners import planners
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram, stages_type
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.faults.push_system import Push, force_at
+from quadpips_drake.faults.push_system import Push
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.placement import problem_with_goal
 from quadpips_drake.terrain.terrain import Element, Terrain
@@ -152,7 +152,7 @@ class Trial(SimulatedTrial):
             observation.foot_positions,
             observation.reference,
             phase=status.phase.number,
-            push=force_at(self.pushes, state.stamp),
+            push=self.force_on_base(state.stamp),
             **tracking_row(observation),
             **self._sight.row(self.diagram, self.context),
         )

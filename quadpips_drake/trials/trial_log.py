@@ -75,6 +75,11 @@ class TrialLog:
         if len(self.notes) > MAX_NOTES:
             del self.notes[_FIRST_NOTES]
 
+    def last(self, name: str) -> np.ndarray | None:
+        """An array of the newest sample; None before the first."""
+        blocks, rows = self._samples
+        return rows[-1][name] if rows else blocks[-1][name][-1] if blocks else None
+
     def __len__(self) -> int:
         blocks, rows = self._samples
         return _BLOCK * len(blocks) + len(rows)
@@ -88,6 +93,8 @@ class TrialLog:
         arrays["foothold_leg"] = np.array([int(f.leg) for f, _ in footholds], dtype=int)
         arrays["foothold_position"] = np.array([f.position for f, _ in footholds]).reshape(-1, 3)
         arrays["foothold_touchdown"] = np.array([f.touchdown_time for f, _ in footholds], dtype=float)
+        published = [self.references[i].stamp for _, i in footholds]
+        arrays["foothold_published"] = np.array(published, dtype=float)
         arrays["foothold_plan"] = np.array([i for _, i in footholds], dtype=int)
         arrays["note_time"] = np.array([time for time, _, _ in self.notes], dtype=float)
         arrays["note_source"] = np.array([who for _, who, _ in self.notes], dtype=str)

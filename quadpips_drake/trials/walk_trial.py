@@ -10,7 +10,7 @@ from quadpips_drake.control.references.velocity_reference import VelocityWalk
 from quadpips_drake.control.references.walk_command import WalkCommand, check_commands
 from quadpips_drake.diagrams.walk import WalkConfig, WalkDiagram
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.faults.push_system import Push, force_at
+from quadpips_drake.faults.push_system import Push
 from quadpips_drake.gaits.gaits import gait_number, load_gait
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.terrain import Element, Terrain
@@ -74,6 +74,7 @@ class WalkTrial(SimulatedTrial):
     """The robot does as it is told, and must not fall."""
 
     SUCCESS = "upright"
+    HAS_GOAL = False
 
     def __init__(
         self,
@@ -136,7 +137,7 @@ class WalkTrial(SimulatedTrial):
             seen.reference,
             velocity_command=read(self.diagram, "velocity_command", self.context),
             gait=gait_number(read(self.diagram, "gait", self.context)),
-            push=force_at(self.pushes, state.stamp),
+            push=self.force_on_base(state.stamp),
             **tracking_row(seen),
         )
         self._notes.look(seen)

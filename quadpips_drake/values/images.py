@@ -49,6 +49,8 @@ class LabelImage(ImmutableValue):
     """The depth image that was labelled [m], float32 (height, width); None if it is not at hand."""
     X_WC: np.ndarray | None = None
     """Pose of the optical frame C in the world at that time, (4, 4); None if it is not at hand."""
+    intrinsics: CameraIntrinsics | None = None
+    """Of the camera; None if they are not at hand."""
 
     @staticmethod
     def empty() -> "LabelImage":

@@ -5,7 +5,8 @@ from pydrake.geometry import Meshcat
 from pydrake.perception import BaseField, Fields, PointCloud
 
 from quadpips_drake.terrain.terrain import Terrain
-from quadpips_drake.visualization.plan_meshes import course_mesh
+from quadpips_drake.visualization.meshes.ground_meshes import checkered_mesh, edge_mesh
+from quadpips_drake.visualization.plan_meshes import goal_mesh, start_mesh
 from quadpips_drake.visualization.shapes import ColorMesh, ColorPoints
 
 ROOT = "/quadpips"
@@ -60,16 +61,27 @@ def set_color_points(meshcat: Meshcat, path: str, points: ColorPoints):
     meshcat.SetObject(path, cloud, point_size=points.size)
 
 
-def draw_course(meshcat: Meshcat, terrain: Terrain):
-    """Draws start and goal, sets the stage, and looks at the way between them from the side."""
+def draw_course(meshcat: Meshcat, terrain: Terrain, *, has_goal: bool = True):
+    """Sets the stage: edges of the ground, start and goal, and the way between them seen from the side.
+
+    Without a goal the floor is checkered, so that one sees how far the robot goes, and the camera looks at the start.
+    """
     meshcat.SetProperty("/Grid", "visible", False)
     meshcat.SetProperty("/Axes", "visible", False)
     meshcat.SetProperty("/Background", "top_color", [0.80, 0.86, 0.93])
     meshcat.SetProperty("/Background", "bottom_color", [0.96, 0.97, 0.98])
     for light, intensity in _LIGHTS.items():
         meshcat.SetProperty(f"/Lights/{light}/<object>", "intensity", intensity)
-    set_color_mesh(meshcat, f"{ROOT}/course", course_mesh(terrain))
-    look_at_course(meshcat, terrain)
+    edges, floor = edge_mesh(terrain), None if has_goal else checkered_mesh(terrain)
+    for name, mesh in (("edges", edges), ("floor", floor)):
+        if mesh:
+            set_color_mesh(meshcat, f"{ROOT}/ground/{name}", mesh)
+    set_color_mesh(meshcat, f"{ROOT}/course/start", start_mesh(terrain))
+    if has_goal:
+        set_color_mesh(meshcat, f"{ROOT}/course/goal", goal_mesh(terrain))
+        look_at_course(meshcat, terrain)
+    else:
+        look_at_robot(meshcat, terrain.start[:2])
 
 
 def look_at_course(meshcat: Meshcat, terrain: Terrain):
@@ -84,4 +96,4 @@ def look_at_course(meshcat: Meshcat, terrain: Terrain):
 
 def look_at_robot(meshcat: Meshcat, xy: np.ndarray):
     """Puts Meshcat's camera beside and above a robot at ``xy`` (2,) [m] in W."""
-    meshcat.SetCameraPose(np.array([xy[0] - 1.8, xy[1] - 2.6, 1.5]), np.array([*xy, 0.3]))
+    meshcat.SetCameraPose(np.array([xy[0] - 1.2, xy[1] - 2.0, 1.2]), np.array([*xy, 0.4]))

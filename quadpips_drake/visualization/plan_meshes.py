@@ -27,13 +27,16 @@ LIFT = 0.004
 _SWING_SAMPLES = 14
 
 
-def region_mesh(region_set: RegionSet) -> ColorMesh:
-    """Insets of the regions as polygons with the hull as a darker border, coloured by label."""
+def region_mesh(region_set: RegionSet, *, varied: bool = True) -> ColorMesh:
+    """Insets of the regions as polygons with the hull as a darker border, coloured by label.
+
+    ``varied``: whether neighbours differ in brightness.
+    """
     mesh = ColorMesh()
     for region in region_set.regions:
         color = np.array(REGION_COLORS[Steppability(region.label)])
         # Neighbours differ in brightness, so that one sees where one ends (a fixed pattern by id).
-        color = np.clip(color * (0.85 + 0.3 * ((region.id * 7) % 10) / 9), 0, 1)
+        color = np.clip(color * (0.85 + 0.3 * ((region.id * 7) % 10) / 9), 0, 1) if varied else color
         mesh.add_polygon(_in_world(region.X_WR, region.inset), color)
         mesh.add_outline(_in_world(region.X_WR, region.boundary), region.normal, 0.008, 0.55 * color)
     return mesh
@@ -87,11 +90,15 @@ def swing_paths(reference: WholeBodyReference, robot) -> list[tuple[Leg, np.ndar
 def base_mesh(reference: WholeBodyReference, tube_radius: float = 0.008, samples: int = 60) -> ColorMesh:
     """The path of the base origin."""
     mesh = ColorMesh()
+    mesh.add_tube(base_path(reference, samples), tube_radius, BASE_REFERENCE_COLOR)
+    return mesh
+
+
+def base_path(reference: WholeBodyReference, samples: int = 60) -> np.ndarray:
+    """Positions of the base origin in W [m], (samples, 3)."""
     times = np.linspace(reference.times[0], reference.end_time, samples)
     positions = reference.states[:, CentroidalState.POSITION]
-    path = np.column_stack([np.interp(times, reference.times, column) for column in positions.T])
-    mesh.add_tube(path, tube_radius, BASE_REFERENCE_COLOR)
-    return mesh
+    return np.column_stack([np.interp(times, reference.times, column) for column in positions.T])
 
 
 def plan_mesh(plan: PlanSketch, disc_radius: float = 0.045) -> ColorMesh:
@@ -104,8 +111,8 @@ def plan_mesh(plan: PlanSketch, disc_radius: float = 0.045) -> ColorMesh:
     return mesh
 
 
-def course_mesh(terrain: Terrain, goal_tolerance: float = GOAL_TOLERANCE) -> ColorMesh:
-    """Start (an arrow on the ground) and goal (a ring of the tolerated distance [m] with a pole)."""
+def start_mesh(terrain: Terrain) -> ColorMesh:
+    """The start, an arrow on the ground."""
     truth = GroundTruth(terrain)
     mesh = ColorMesh()
     x, y, yaw = terrain.start
@@ -114,6 +121,13 @@ def course_mesh(terrain: Terrain, goal_tolerance: float = GOAL_TOLERANCE) -> Col
     rotation = yaw_matrix(yaw)[:2, :2]
     for part in (arrow, head):
         mesh.add_polygon(_on_ground(truth, np.array([x, y]) + part @ rotation.T), START_COLOR)
+    return mesh
+
+
+def goal_mesh(terrain: Terrain, goal_tolerance: float = GOAL_TOLERANCE) -> ColorMesh:
+    """The goal, a ring of the tolerated distance [m] with a flag."""
+    truth = GroundTruth(terrain)
+    mesh = ColorMesh()
     angle = np.linspace(0, 2 * np.pi, 49)
     circle = terrain.goal + goal_tolerance * np.column_stack((np.cos(angle), np.sin(angle)))
     mesh.add_tube(_on_ground(truth, circle), 0.012, GOAL_COLOR)

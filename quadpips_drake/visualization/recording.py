@@ -9,6 +9,10 @@ from pydrake.systems.framework import DiagramBuilder
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.files import write_text
+from quadpips_drake.visualization.meshcat_layers import ROOT
+from quadpips_drake.visualization.overlay.legend import LEGEND
+from quadpips_drake.visualization.overlay.page import with_overlay
+from quadpips_drake.visualization.overlay.story import Story
 
 FRAMES_PER_SECOND = 32.0
 
@@ -60,8 +64,14 @@ def start_recording(meshcat: Meshcat, frames_per_second: float = FRAMES_PER_SECO
     meshcat.StartRecording(frames_per_second=frames_per_second, set_visualizations_while_recording=live)
 
 
-def save_recording(meshcat: Meshcat, path: str | Path, title: str = "quadpips") -> int:
+def save_recording(meshcat: Meshcat, path: str | Path, story: Story | None = None, *, robot: str = "") -> int:
     """Ends the recording and writes it as one self-contained HTML file; returns its size [bytes].
+
+    Args:
+        meshcat: that records.
+        path: of the file.
+        story: what is written over it, over its time; default: legend and clock alone.
+        robot: name of the robot that cameras follow.
 
     Raises:
         UserInputError: the file cannot be written.
@@ -72,7 +82,11 @@ def save_recording(meshcat: Meshcat, path: str | Path, title: str = "quadpips") 
     animation.set_loop_mode(MeshcatAnimation.LoopMode.kLoopOnce)
     animation.set_clamp_when_finished(True)
     meshcat.PublishRecording()
-    html = meshcat.StaticHtml().replace("<title>Drake MeshCat</title>", f"<title>{escape(title)}</title>", 1)
+    story = story or Story(title="quadpips")
+    layers = [entry.layer for entry in LEGEND if meshcat.HasPath(f"{ROOT}/{entry.layer}")]
+    base = f"/drake/visualizer/{robot}/base"
+    html = meshcat.StaticHtml().replace("<title>Drake MeshCat</title>", f"<title>{escape(story.title)}</title>", 1)
+    html = with_overlay(html, story, layers, base if robot and meshcat.HasPath(base) else "")
     try:
         write_text(path, html)
     except OSError as error:

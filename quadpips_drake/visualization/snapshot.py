@@ -82,7 +82,7 @@ class SnapshotRenderer:
         self._robot = robot
         builder = DiagramBuilder()
         self._plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
-        scene_graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(_engine_parameters()))
+        scene_graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(engine_parameters()))
         add_terrain_visuals(terrain, self._plant)
         robot.add_to_plant(self._plant)
         for i, mesh in enumerate(overlays):
@@ -157,7 +157,8 @@ def film_strip(images: list[np.ndarray], columns: int = 3, gap: int = 6) -> np.n
     return strip
 
 
-def _engine_parameters() -> RenderEngineVtkParams:
+def engine_parameters() -> RenderEngineVtkParams:
+    """Of a renderer for pictures to look at: sky and lights, without display."""
     lights = [
         LightParameter(type="directional", frame="world", direction=direction, intensity=intensity)
         for direction, intensity in _LIGHTS

@@ -152,3 +152,24 @@ def test_explain_is_asked_for_and_the_page_is_named(tmp_path, monkeypatch):
     _, output, _ = quadpips("run", "--terrain", "flat", "--out", tmp_path, "--explain")
     assert "explained:" in output and "explain.html" in output
     assert asked == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["film", "."], "there is no config.yaml in it; give the directory of a run or a walk"),
+        (["film", "missing"], "there is no config.yaml in it"),
+        (["film", ".", "--fps", "-1"], "fps must be"),
+        (["run", "--film", "a.mov"], "must end in .mp4 or .gif"),
+        (["walk", "--film", "missing/a.mp4"], "there is no directory missing"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_a_film_that_cannot_be_is_refused_at_once(arguments, part, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("quadpips_drake.trials.simulated_trial.Simulator", None)
+    status, _, errors = quadpips(*arguments)
+    assert status == 2, errors
+    (line,) = [line for line in errors.splitlines() if line.strip()]
+    assert line.startswith("error: ") and part in line
+    assert not list(tmp_path.iterdir())

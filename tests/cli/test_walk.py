@@ -59,7 +59,8 @@ def test_a_short_walk_leaves_its_files(tmp_path):
     assert status == 0
     assert "success: upright after 1.2 s" in output
     assert f"profile:   {tmp_path / 'profile.html'} (open it in a browser)" in output
-    results = {"result.json", "recording.html", "report.html", "config.yaml", "log.npz", "profile.html", "profile.json"}
+    pages = {"recording.html", "report.html", "story.json", "profile.html", "profile.json"}
+    results = {"result.json", "config.yaml", "log.npz", *pages}
     assert {path.name for path in tmp_path.iterdir()} == results
     result = json.loads((tmp_path / "result.json").read_text())
     assert result["success"]
@@ -109,7 +110,8 @@ def test_sigterm_ends_a_walk_with_its_files_though_it_comes_twice(tmp_path):
         finally:
             walk.kill()
     assert walk.returncode in (130, 143), "whichever the system delivers first"
-    assert f"interrupted; what was simulated so far lies in {tmp_path}: config.yaml, log.npz, result.json" in errors
+    files = "config.yaml, log.npz, report.html, result.json, story.json"
+    assert f"interrupted; what was simulated so far lies in {tmp_path}: {files}" in errors
     result = json.loads((tmp_path / "result.json").read_text())
     assert (result["success"], result["reason"]) == (False, "interrupted")
     with np.load(tmp_path / "log.npz") as log:

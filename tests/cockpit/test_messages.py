@@ -53,15 +53,19 @@ def test_a_message_becomes_a_call(message, call):
         {"do": "goal", "x": float("nan"), "y": 0},
         {"do": "goal", "x": 1e9, "y": 0},
         {"do": "goal", "x": True, "y": 0},
+        {"do": "goal", "x": float("inf"), "y": 0},
+        {"do": "goal", "x": 10**400, "y": 0},
         {"do": "spawn", "kind": "tree", "x": 0, "y": 0},
         {"do": "command", "gait": "gallop", "forward": 0, "left": 0, "turn": 0},
         {"do": "begin", "terrain": "/etc/passwd"},
         {"do": "begin", "seed": -1},
+        {"do": "begin", "seed": 0.5},
+        {"do": "begin", "robot": ["go2"]},
         {"do": "speed", "speed": 0},
         {"do": "step", "number": 0},
         {"do": "layer", "layer": "/drake", "shown": False},
     ],
-    ids=str,
+    ids=lambda message: f"{message!s:.40}",
 )
 def test_nonsense_is_refused(message):
     session = Recorder()

@@ -10,11 +10,13 @@ from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
 from quadpips_drake.cockpit import server as server_module
-from quadpips_drake.cockpit.server import Server, address, open_port
+from quadpips_drake.cockpit.server import ENDED, Server, address, open_port
 from quadpips_drake.cockpit.snapshot import Snapshot
 from quadpips_drake.errors import UserInputError
 
 PATIENCE = 30.0
+TOO_LARGE = 1009
+"""Close code of the WebSocket protocol for that."""
 
 
 class StandIn:
@@ -101,13 +103,36 @@ def test_a_second_page_and_closing_one_do_no_harm():
         await second.write_message(json.dumps({"do": "goal", "x": 1.0, "y": 2.0}))
         await second.write_message("{ nonsense")
         await second.write_message(json.dumps({"do": "goal", "x": "far"}))
+        await second.write_message("[" * 9000)
+        await second.write_message(b"\xff\xfe", binary=True)
+        await second.write_message('{"do": "goal", "x": NaN, "y": 0}')
         errors = []
-        while len(errors) < 2:
+        while len(errors) < 5:
             message = json.loads(await second.read_message())
             errors += [message["error"]] if "error" in message else []
-        assert "'x' must be a number" in errors[1]
-        assert ("move_goal", 1.0, 2.0) in session.calls
+        no_json, no_number = "the page has sent what is no JSON", "'x' must be a number"
+        assert errors == [no_json, no_number, no_json, no_json, no_number]
+        assert [call for call in session.calls if call[0] == "move_goal"] == [("move_goal", 1.0, 2.0)]
         await second.write_message(json.dumps({"do": "end"}))
+        while await second.read_message() is not None:
+            pass
+        assert second.close_code == ENDED, "the page knows that it need not link again"
+
+    serving(check)
+
+
+def test_a_page_that_sends_too_much_is_cut_off_and_the_others_are_not():
+    async def check(session, server, port):
+        first, _ = await linked(port)
+        second, _ = await linked(port)
+        await second.write_message(json.dumps({"do": "goal", "x": 1.0, "y": 2.0, "why": "x" * 20_000}))
+        while await second.read_message() is not None:
+            pass
+        assert second.close_code == TOO_LARGE
+        session.snapshot = replace(session.snapshot, time=1.0)
+        assert (await snapshot_of(first, lambda s: s["time"] == 1.0))["state"] == "paused"
+        assert not [call for call in session.calls if call[0] == "move_goal"]
+        server.end()
 
     serving(check)
 

@@ -141,6 +141,17 @@ def test_labels_forbid_stepping():
         assert any(region.center[0] < 0.5 for region in regions.regions)
 
 
+def test_every_label_gives_regions_if_asked_for():
+    X_WC = base_pose() @ camera_mount()
+    depth = Scene([]).depth(X_WC, MEDIUM)
+    image = affordance(depth, X_WC, 0.1, CONFIG, MEDIUM, np.full(depth.shape, Steppability.NON_PASSABLE, np.uint8))
+    memory = update_memory(look(Scene([]), [(0.0, base_pose(), 0.0)], CONFIG), [image], 0.0, CONFIG.egocan)
+    superpixels = segment_superpixels(draw_egocan(memory, CONFIG.egocan), CONFIG.superpixels, every_label=True)
+    regions = extract_regions(superpixels, FOOT_RADIUS, CONFIG.regions).regions
+    ahead = [region.label for region in regions if region.center[0] > 1.0]
+    assert len(ahead) > 10 and set(ahead) == {Steppability.NON_PASSABLE}
+
+
 @pytest.mark.parametrize(
     "nonsense",
     [np.full((MEDIUM.height, MEDIUM.width), value, np.float32) for value in (np.nan, np.inf, -np.inf, 0.0, 65.5, -2.0)]

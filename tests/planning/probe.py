@@ -2,13 +2,17 @@
 
     python -m tests.planning.probe --robot anymal_c beam:0.25 trench:0.4 flat:180 [--set footholds.max_swing=0.5] [--camera]
     python -m tests.planning.probe --robot go2 --camera go2_ramped_stones:0 sparse_stones:3       any of the library, by seed
+    python -m tests.planning.probe flat:0 stepping:0.1 --overhead
 
 Each plan starts where the last one ended, with its feet exactly there. ``--camera`` shows the planners only what a front
-camera and its memory would know; else everything within 1.9 m. One line a world: plans, failures, expansions, times.
+camera and its memory would know; else everything within 1.9 m. One line a world: plans, failures, expansions, times. With
+``footholds.steppability=penalty`` the footholds' labels are those in an image of the front camera. ``--overhead``: each
+foothold search is made with labels excluded and with the penalty, in turn; the second line says what that takes.
 """
 
 import argparse
 import time
+from collections import defaultdict
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,6 +26,7 @@ from quadpips_drake.robots.robot_library import load_robot, robot_defaults_layer
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.values.regions import RegionSet
 from tests.planning import worlds
+from tests.planning.label_images import by_front_camera
 from tests.planning.probe_worlds import WORLDS
 
 TRACE = False
@@ -30,8 +35,8 @@ TRACE = False
 class Eyes:
     """Which regions a robot knows: those around it, or those that its front camera has seen and its memory keeps."""
 
-    def __init__(self, terrain, robot, camera: bool, radius=1.9, half_extent=1.75):
-        self._all = regions_from_terrain(terrain, robot.foot_radius, OracleRegionConfig())
+    def __init__(self, terrain, robot, camera: bool, radius=1.9, half_extent=1.75, every_label=False):
+        self._all = regions_from_terrain(terrain, robot.foot_radius, OracleRegionConfig(), every_label)
         self._centers = centers_of(self._all)[:, :2]
         self._camera, self._radius, self._half_extent = camera, radius, half_extent
         self._ahead = float(robot.camera().X_BC[0, 3])
@@ -108,9 +113,13 @@ def widths_of(plan) -> list[float]:
     return result
 
 
-def walk(terrain, robot, config: PlanningConfig, *, camera=False, max_plans=40) -> Report:
-    """Plans to the goal, or to the end of the monitor's patience."""
-    eyes, report = Eyes(terrain, robot, camera), Report()
+def walk(terrain, robot, config: PlanningConfig, *, camera=False, max_plans=40, observe=None) -> Report:
+    """Plans to the goal, or to the end of the monitor's patience.
+
+    ``observe(state, path, labels)`` is called before each foothold search.
+    """
+    every_label = config.footholds.every_label
+    eyes, report = Eyes(terrain, robot, camera, every_label=every_label), Report()
     x, y, yaw = terrain.start
     state, goal = worlds.standing_state(robot, x, y, yaw), np.array(terrain.goal, float)
     failed, level, exploration, path = 0, 0, Exploration(), None
@@ -127,12 +136,15 @@ def walk(terrain, robot, config: PlanningConfig, *, camera=False, max_plans=40) 
         t0 = time.thread_time()
         path = search_torso_path(
             state.p_WB, state.rpy_WB[2], regions, goal, robot, config.torso,
-            request_id=report.plans, level=level, exploration=exploration,
+            request_id=report.plans, level=level, exploration=exploration, every_label=every_label,
         )  # fmt: skip
-        t1 = time.thread_time()
+        report.torso_ms.append(1e3 * (time.thread_time() - t0))
         exploration = exploration.after(path)
-        plan = search_footholds(state, path.regions, path, robot, config.footholds)
-        report.torso_ms.append(1e3 * (t1 - t0))
+        labels = by_front_camera(terrain, robot, state) if config.footholds.steppability == "penalty" else None
+        if observe is not None and path.success:
+            observe(state, path, labels)
+        t1 = time.thread_time()
+        plan = search_footholds(state, path.regions, path, robot, config.footholds, labels=labels)
         report.foothold_ms.append(1e3 * (time.thread_time() - t1))
         report.expansions.append(plan.expansions)
         if TRACE:
@@ -157,6 +169,37 @@ def _world(kind: str, numbers: list[str]):
     return load_terrain(kind, seed=int(numbers[0]) if numbers else 0)
 
 
+class Overhead:
+    """What the penalty of labels takes: each search several times with and without it, in turn."""
+
+    ROUNDS = 5
+
+    def __init__(self, terrain, robot, config):
+        self._terrain, self._robot = terrain, robot
+        self._ways = {word: replace(config.footholds, steppability=word) for word in ("exclude", "penalty")}
+        self.ms, self.expansions = defaultdict(list), defaultdict(list)
+
+    def __call__(self, state, path, labels):
+        labels = labels or by_front_camera(self._terrain, self._robot, state)
+        times = defaultdict(list)
+        for _ in range(self.ROUNDS):
+            for word, config in self._ways.items():
+                start = time.thread_time()
+                plan = search_footholds(state, path.regions, path, self._robot, config, labels=labels)
+                times[word].append(1e3 * (time.thread_time() - start))
+                self.expansions[word].append(plan.expansions)
+        for word, some in times.items():
+            self.ms[word].append(min(some))
+
+    def line(self) -> str:
+        exclude, penalty = (np.array(self.ms[word]) for word in self._ways)
+        each = [np.sum(self.ms[word]) * self.ROUNDS / np.sum(self.expansions[word]) for word in self._ways]
+        return (
+            f"    {len(exclude)} searches: exclude {np.median(exclude):.2f} ms, penalty {np.median(penalty):.2f} ms, ratio "
+            f"{np.median(penalty / exclude):.2f} (medians); an expansion {each[0]:.3f} and {each[1]:.3f} ms"
+        )
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("worlds", nargs="+")
@@ -164,6 +207,7 @@ def main():
     parser.add_argument("--camera", action="store_true")
     parser.add_argument("--set", action="append", default=[])
     parser.add_argument("--trace", action="store_true", help="show each plan")
+    parser.add_argument("--overhead", action="store_true", help="compare the times of searches with and without labels")
     args = parser.parse_args()
     global TRACE
     TRACE = args.trace
@@ -176,8 +220,12 @@ def main():
     robot, config = load_robot(args.robot), planning_config(args.robot, **changes)
     for name in args.worlds:
         kind, *numbers = name.split(":")
-        report = walk(_world(kind, numbers), robot, config, camera=args.camera)
+        terrain = _world(kind, numbers)
+        overhead = Overhead(terrain, robot, config) if args.overhead else None
+        report = walk(terrain, robot, config, camera=args.camera, observe=overhead)
         print(report.line(name), flush=True)
+        if overhead is not None:
+            print(overhead.line(), flush=True)
 
 
 if __name__ == "__main__":

@@ -8,13 +8,19 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
+from quadpips_drake.planning.torso.torso_config import TorsoConfig
 from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
+from quadpips_drake.planning.torso.torso_search import search_torso_path
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.values.images import LabelImage
 from quadpips_drake.values.plans import PlanRequest
 from quadpips_drake.values.regions import RegionSet
+from quadpips_drake.values.steppability import Steppability
 from tests.planning import worlds
+from tests.planning.label_images import from_above
 
 ROBOT = load_robot("anymal_c")
 GOAL = np.array([2.0, 0.0])
@@ -97,13 +103,43 @@ def test_a_failed_torso_search_fails_the_foothold_plan_with_its_reason():
     assert plan.request_id == 1 and plan.reason == path.reason
 
 
+def test_the_newest_label_image_moves_the_feet():
+    config = FootholdConfig(steppability="penalty")
+    system = FootholdPlanner(ROBOT, config)
+    floor, state = worlds.flat_ground(), worlds.standing_state(ROBOT)
+    path = search_torso_path(state.p_WB, 0.0, floor, GOAL, ROBOT, TorsoConfig(), request_id=1, every_label=True)
+    thorns = from_above(
+        lambda x, y: np.where((x > 0.5) & ((x % 0.4) < 0.2), Steppability.NON_PASSABLE, Steppability.STEPPABLE)
+    )
+
+    def footholds(image):
+        simulator = Simulator(system)
+        context = simulator.get_mutable_context()
+        fix(system, context, robot_state=state, torso_path=path, **({} if image is None else {"label_image": image}))
+        simulator.AdvanceTo(0.1)
+        plan = system.GetOutputPort("foothold_plan").Eval(context)
+        return np.array([stance.footholds for stance in plan.stances])[1:]
+
+    alone, empty, seen = (footholds(image) for image in (None, LabelImage.empty(), thorns))
+    np.testing.assert_array_equal(alone, empty)
+    hit = [((places[..., 0] > 0.5) & (places[..., 0] % 0.4 < 0.2)).sum() for places in (alone, seen)]
+    assert hit[0] > 0 and hit[1] == 0
+
+
+def test_without_the_penalty_there_is_no_port_for_labels():
+    for word, there in (("exclude", False), ("off", False), ("penalty", True)):
+        assert FootholdPlanner(ROBOT, FootholdConfig(steppability=word)).HasInputPort("label_image") == there
+
+
 FIRST_PLAN = """
+from dataclasses import replace
 import numpy as np
 from quadpips_drake import compiling
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner, search_footholds
 from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner, search_torso_path
 from quadpips_drake.robots.robot_library import load_robot
 from tests.planning import worlds
+from tests.planning.label_images import from_above
 
 def loaded():
     return {kernel.py_func.__qualname__: len(kernel.overloads) for kernel in compiling._kernels()}
@@ -113,6 +149,8 @@ torso, feet = TorsoPlanner(robot), FootholdPlanner(robot)
 before, regions, state = loaded(), worlds.stepping_stones(), worlds.standing_state(robot)
 path = search_torso_path(state.p_WB, 0.0, regions, np.array([3.5, 0.0]), robot, torso.config)
 assert search_footholds(state, regions, path, robot, feet.config).success
+weighing, image = replace(feet.config, steppability="penalty"), from_above(lambda x, y: 1)
+assert search_footholds(state, regions, path, robot, weighing, labels=image).success
 late = {name for name, number in loaded().items() if number > before.get(name, 0)}
 assert not late, late
 """

@@ -126,7 +126,10 @@ def walk(robot, regions, goal, torso_config, foothold_config, start=None, max_pl
     for request_id in range(1, max_plans + 1):
         if np.hypot(*(state.p_WB[:2] - goal)) < 0.2:
             break
-        path = search_torso_path(state.p_WB, state.rpy_WB[2], regions, goal, robot, torso_config, request_id=request_id)
+        path = search_torso_path(
+            state.p_WB, state.rpy_WB[2], regions, goal, robot, torso_config,
+            request_id=request_id, every_label=foothold_config.every_label,
+        )  # fmt: skip
         plans.append(search_footholds(state, regions, path, robot, foothold_config))
         if not plans[-1].success:
             break

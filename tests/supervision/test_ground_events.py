@@ -107,6 +107,15 @@ def test_a_foothold_is_lost_when_it_is_in_no_region_that_may_carry_a_foot():
     assert found(ground(), RegionSet.empty(), reference=never_seen) == [], "nor was it when it was planned"
 
 
+def test_a_foothold_is_not_lost_by_a_label_that_does_not_count():
+    passable = region(label=Steppability.PASSABLE)
+    ignored = find_problems(walk(), 0.5, RegionSet(1.0, (passable,)), ground(), ground(), FEET, EXTENT, CONFIG, True)
+    assert ignored == []
+    void = find_problems(walk(), 0.5, RegionSet.empty(), ground(), ground(), FEET, EXTENT, CONFIG, True)
+    assert len(void) == 2, "but without a region it is lost"
+    assert found(ground(), RegionSet(1.0, (passable,)), reference=walk(region=passable)) == [], "chosen in spite of it"
+
+
 def test_a_swing_is_blocked_by_ground_above_what_it_was_planned_to_clear():
     assert found(ground((0.5, -0.2, 0.05, 0.2))) == [(SWING_BLOCKED, (int(Leg.RF),))]
     assert found(ground((0.5, -0.2, 0.05, 0.09))) == [], "it swings higher than that"

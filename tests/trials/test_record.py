@@ -12,6 +12,7 @@ import pytest
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.interruption import Terminated, interruptible
 from quadpips_drake.trials import record
+from quadpips_drake.trials.judge import Verdict
 from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.trial_log import TrialLog
 from tests.trials.toy_trial import ToyConfig, ToyTrial, save_recording
@@ -23,7 +24,7 @@ CONFIG = ToyConfig(duration=0.1)
 def warm(monkeypatch):
     monkeypatch.setattr(record, "remove_broken_kernels", list)
     for name in ("draw_course", "start_recording"):
-        monkeypatch.setattr(record, name, lambda *_: None)
+        monkeypatch.setattr(record, name, lambda *_, **__: None)
     monkeypatch.setattr(record, "save_recording", save_recording)
 
 
@@ -175,3 +176,28 @@ def test_kernels_are_compiled_before_anything_is_built(tmp_path):
     with pytest.raises(UserInputError, match="holds results"):
         run(tmp_path, warm_up=lambda: built.append("although the directory is taken"))
     assert len(built) == 1
+
+
+def test_a_recording_goes_on_after_a_fall_and_the_result_does_not(tmp_path, monkeypatch):
+    ends = []
+    monkeypatch.setattr(record, "save_recording", lambda recorder, path, story, robot: path.write_text("recorded"))
+    for reason in ("fell", "goal_reached"):
+        monkeypatch.setattr(ToyTrial, "time_is_up", lambda self, reason=reason: Verdict(reason, ""))
+        monkeypatch.setattr(ToyTrial, "go_on", lambda self, duration: ends.append((self.verdict.reason, duration)))
+        assert run(tmp_path / reason, recording=True, meshcat="none").sim_time == pytest.approx(0.1)
+    assert ends == [("fell", record.AFTERMATH)]
+
+
+def test_going_on_moves_time_and_nothing_else(monkeypatch):
+    trial = ToyTrial(CONFIG)
+    trial.run()
+    samples, verdict = len(trial.log), trial.verdict
+    trial.go_on(0.5)
+    assert trial.context.get_time() == pytest.approx(0.6)
+    assert (len(trial.log), trial.verdict) == (samples, verdict)
+
+    def broken(self):
+        raise SystemExit("Failure at plant.cc:1")
+
+    monkeypatch.setattr(ToyTrial, "prepare_world", broken)
+    trial.go_on(0.5)

@@ -72,7 +72,7 @@ class ToyTrial(SimulatedTrial):
         return "nothing"
 
 
-def save_recording(recorder, path, *, title):
+def save_recording(recorder, path, story, *, robot):
     """Slow to write, so that a signal can come meanwhile."""
     with path.open("w") as file:
         for line in range(3):

@@ -24,6 +24,7 @@ from quadpips_drake.visualization import plan_meshes, recording
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.colors import REGION_COLORS
 from quadpips_drake.visualization.meshcat_layers import draw_course
+from quadpips_drake.visualization.overlay.story import Story
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer, PlanVisualizerConfig
 from quadpips_drake.visualization.shapes import ColorMesh
 from tests.visualization import examples
@@ -213,7 +214,7 @@ def record(robot, meshcat, path):
         fix(visualizer, own, "reference", examples.reference(robot, number, context.get_time()))
         fix(visualizer, own, "region_set", examples.regions(context.get_time()))
         simulator.AdvanceTo(context.get_time() + 0.25)
-    return recording.save_recording(meshcat, path, "a test")
+    return recording.save_recording(meshcat, path, Story(title="a test"))
 
 
 def test_recording_holds_motion_and_plans(robot, meshcat, tmp_path):
@@ -226,7 +227,7 @@ def test_recording_holds_motion_and_plans(robot, meshcat, tmp_path):
     animation = meshcat.get_mutable_recording()
     assert animation.autoplay()
     assert animation.frames_per_second() == recording.FRAMES_PER_SECOND
-    for path in ("/quadpips/course", "/quadpips/footholds/2", "/quadpips/swings/1", "/quadpips/regions/2"):
+    for path in ("/quadpips/course/goal", "/quadpips/footholds/2", "/quadpips/swings/1", "/quadpips/regions/2"):
         assert meshcat.HasPath(path)
     with pytest.raises(UserInputError, match="cannot write"):
         recording.save_recording(meshcat, tmp_path / "missing" / "recording.html")

@@ -5,6 +5,7 @@ from pydrake.geometry import MeshcatParams
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.visualization import recording
+from quadpips_drake.visualization.overlay.story import Story
 from quadpips_drake.visualization.recording import make_quiet_meshcat, save_recording, start_recording
 
 
@@ -31,7 +32,7 @@ def test_an_address_of_another_machine_is_refused():
 def test_a_title_is_text_and_nothing_else(tmp_path):
     meshcat = make_quiet_meshcat()
     start_recording(meshcat)
-    save_recording(meshcat, tmp_path / "recording.html", title="</title><script>alert('x')</script>")
+    save_recording(meshcat, tmp_path / "recording.html", Story(title="</title><script>alert('x')</script>"))
     html = (tmp_path / "recording.html").read_text(encoding="utf-8")
     assert "<title>&lt;/title&gt;&lt;script&gt;alert(&#x27;x&#x27;)&lt;/script&gt;</title>" in html
     assert "<script>alert('x')" not in html

@@ -113,20 +113,21 @@ def courses_of(robots: list[str], terrains: list[str]) -> list[Course]:
 
 
 def difficulties_of(text: str) -> list[float]:
-    """The N values of ``LOW:HIGH:N``, evenly spaced, both ends among them.
+    """The N values of ``LOW:HIGH:N``, evenly spaced, both ends among them; or the one that ``text`` is.
 
     Raises:
         UserInputError: it is not of that form.
     """
+    is_one = ":" not in text
     try:
-        low, high, number = text.split(":")
+        low, high, number = (text, text, "1") if is_one else text.split(":")
         low, high, number = float(low), float(high), int(number)
-        fine = np.isfinite([low, high]).all() and 2 <= number <= MAX_DIFFICULTIES and low < high
+        fine = np.isfinite([low, high]).all() and (is_one or (2 <= number <= MAX_DIFFICULTIES and low < high))
     except ValueError:
         fine = False
     if not fine:
         raise UserInputError(
-            f"--difficulty '{text}' is not of the form LOW:HIGH:N (the lower number first, and 2 to {MAX_DIFFICULTIES})"
+            f"--difficulty '{text}' is no number, and not of the form LOW:HIGH:N (lower one first, 2 to {MAX_DIFFICULTIES})"
         )
     return [float(f"{value:.6g}") for value in np.linspace(low, high, number)]
 

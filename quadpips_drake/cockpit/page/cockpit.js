@@ -5,7 +5,10 @@ const $ = id => document.getElementById(id);
 const map = new GroundMap($("map"));
 const sticks = new Sticks();
 const axes = ["forward", "left", "turn"].map(name => document.querySelector(`[data-axis=${name}]`));
-let link = null, ended = false, last = null, lastEvent = 0, wasDeflected = false;
+const ENDED = 4000, TOO_LARGE = 1009;  // why the server closes the link
+const STANCE = "stance", WALKING = "trot";  // gaits: the one in which nobody walks, and what takes its place for a velocity
+const AWAY = "no connection: the cockpit has ended, or is busy";
+let link = null, ended = false, last = null, lastEvent = 0, settled = 0, wasDeflected = false, meshcat = "";
 
 function send(message) {
   if (link && link.readyState === WebSocket.OPEN) link.send(JSON.stringify(message));
@@ -22,7 +25,7 @@ function fill(select, names, words = {}) {
 
 function connect() {
   link = new WebSocket(`ws://${location.host}/link`);
-  link.onopen = () => notice("");
+  link.onopen = () => { if ($("notice").textContent === AWAY) notice(""); };
   link.onmessage = event => {
     const message = JSON.parse(event.data);
     if (message.hello) greet(message.hello);
@@ -30,8 +33,9 @@ function connect() {
     if (message.error) tell(message.error);
   };
   link.onclose = event => {
-    ended = ended || Boolean(event.reason);
-    notice(ended ? "the cockpit has ended" : "no connection: the cockpit has ended, or is busy");
+    ended = ended || event.code === ENDED;
+    if (event.code === TOO_LARGE) tell("the page has sent too large a message; it was ignored");
+    else notice(ended ? "the cockpit has ended" : AWAY);
     if (!ended) setTimeout(connect, 1500);
   };
 }
@@ -49,20 +53,34 @@ function greet(hello) {
   }
   fill($("gait"), hello.choices.gait);
   $("kinds").replaceChildren(...hello.kinds.map(kind => labelled("radio", kind, { name: "click", value: kind })));
-  const switches = hello.layers.map(layer => {
-    const label = labelled("checkbox", layer.replace("_", " "), { checked: true });
-    label.dataset.layer = layer;
-    label.firstChild.onchange = event => send({ do: "layer", layer, shown: event.target.checked });
-    return label;
-  });
-  $("layers").replaceChildren($("layers").firstElementChild, ...switches);
-  if (hello.meshcat) {
-    const address = `http://${location.hostname}:${hello.meshcat}/`;
-    if ($("meshcat").src !== address) $("meshcat").src = address;
-  }
+  $("layers").replaceChildren(...hello.layers.map(layerSwitch));
+  meshcat = hello.meshcat ? `http://${location.hostname}:${hello.meshcat}/` : "";
+  showView();
   last = null;
-  lastEvent = 0;
+  lastEvent = settled = 0;
   $("events").replaceChildren();
+}
+
+// A switch that is its layer's legend, too: what is drawn in which colours.
+function layerSwitch({ layer, words, shape, colors }) {
+  const label = labelled("checkbox", layer.replace("course/", "").replace("_", " "), { checked: true });
+  label.dataset.layer = layer;
+  label.title = words;
+  label.append(...colors.map(([color, meaning]) => {
+    const swatch = Object.assign(document.createElement("i"), { className: shape, title: meaning });
+    swatch.style.setProperty("--color", color);
+    return swatch;
+  }));
+  label.firstChild.onchange = event => send({ do: "layer", layer, shown: event.target.checked });
+  return label;
+}
+
+// The 3-D view costs computing time of its own, without a graphics card much of it: it is loaded only where it is wanted.
+function showView() {
+  const wanted = Boolean($("view").checked && meshcat), source = wanted ? meshcat : "about:blank";
+  if ($("meshcat").getAttribute("src") !== source) $("meshcat").src = source;
+  $("meshcat").hidden = !wanted;
+  $("no-view").hidden = wanted;
 }
 
 function labelled(type, text, properties) {
@@ -76,20 +94,19 @@ function show(s) {
   if (!last || last.number !== s.number) {
     for (const key of ["robot", "terrain", "planner"]) $("choice").elements[key].value = s.choice[key];
     $("choice").elements.seed.value = s.choice.seed;
-    document.querySelectorAll("#layers input").forEach(box => { box.checked = true; });
-    for (const axis of axes) axis.value = 0;
-    if (s.gait) $("gait").value = s.gait;
-  } else if (!last.gait && s.gait) {
-    $("gait").value = s.gait;
   }
+  if (s.position.length && settled !== s.number) settle(s);
+  else if (last && s.gait && s.gait !== last.gait) $("gait").value = s.gait;
   last = s;
   map.show(s);
   const walks = s.choice.planner === "velocity", over = s.state === "over";
   $("walking").hidden = !walks;
+  document.querySelector("#click input[value=goal]").disabled = walks;
   $("map-hint").textContent = walks ? "a click puts something there" : "a click sets the goal, or puts something there";
   $("pause").textContent = s.state === "paused" ? "go on" : "pause";
   for (const id of ["pause", "step", "leap"]) $(id).disabled = over || s.state === "building";
   $("speed").value = s.speed === null ? "" : String(s.speed);
+  $("status").className = s.state;
   const rate = s.state === "running" ? `, ${s.factor.toFixed(2)} x real time` : "";
   $("status").textContent = over ? `over: ${s.note}` : `${s.state}: ${s.time.toFixed(2)} s${rate}${s.phase ? ", " + s.phase : ""}`;
   showKinds(s.stock);
@@ -98,6 +115,17 @@ function show(s) {
   showRobot(s);
   showEvents(s.happenings);
   showTimings(s.timings);
+}
+
+// Brings the controls to what a trial that was not seen before is like: somebody else may have set it.
+function settle(s) {
+  settled = s.number;
+  for (const label of document.querySelectorAll("#layers label")) {
+    label.hidden = !(label.dataset.layer in s.layers);
+    label.firstChild.checked = s.layers[label.dataset.layer] !== false;
+  }
+  axes.forEach((axis, k) => { axis.value = s.command[k] || 0; showValue(axis); });
+  if (s.gait) $("gait").value = s.gait;
 }
 
 function showKinds(stock) {
@@ -153,9 +181,14 @@ function showTimings(timings) {
   rows($("timings"), lines, ["stage", "median", "95 %", "largest"]);
 }
 
+function showValue(axis) {
+  axis.nextElementSibling.textContent = Number(axis.value).toFixed(2);
+}
+
 function command() {
   const [forward, left, turn] = axes.map(axis => Number(axis.value));
-  axes.forEach(axis => { axis.nextElementSibling.textContent = Number(axis.value).toFixed(2); });
+  if ($("gait").value === STANCE && (forward || left || turn)) $("gait").value = WALKING;
+  axes.forEach(showValue);
   send({ do: "command", gait: $("gait").value, forward, left, turn });
 }
 
@@ -172,6 +205,7 @@ $("map").onclick = event => {
   const place = map.place(event);
   if (!place) return;
   const what = document.querySelector("input[name=click]:checked").value;
+  if (what === "goal" && last.choice.planner === "velocity") return;
   send(what === "goal" ? { do: "goal", x: place[0], y: place[1] } : { do: "spawn", kind: what, x: place[0], y: place[1] });
 };
 $("choice").onsubmit = event => {
@@ -180,13 +214,17 @@ $("choice").onsubmit = event => {
   send({ do: "begin", robot: fields.robot.value, terrain: fields.terrain.value, planner: fields.planner.value,
     seed: Number(fields.seed.value) });
 };
+$("view").onchange = showView;
 $("pause").onclick = () => send({ do: last && last.state === "paused" ? "go_on" : "pause" });
 $("step").onclick = () => send({ do: "step", number: 1 });
 $("leap").onclick = () => send({ do: "step", number: 10 });
 $("speed").onchange = event => send({ do: "speed", speed: event.target.value ? Number(event.target.value) : null });
 $("end").onclick = () => { ended = true; send({ do: "end" }); };
 $("stand").onclick = () => { for (const axis of axes) axis.value = 0; command(); };
-$("gait").onchange = command;
+$("gait").onchange = () => {
+  if ($("gait").value === STANCE) for (const axis of axes) axis.value = 0;
+  command();
+};
 for (const axis of axes) axis.oninput = command;
 for (const button of document.querySelectorAll("[data-push]")) {
   button.onclick = () => {
@@ -194,5 +232,6 @@ for (const button of document.querySelectorAll("[data-push]")) {
     send({ do: "push", forward, left, up, duration: Number($("lasting").value) });
   };
 }
+$("view").checked = new URLSearchParams(location.search).get("view") !== "off";
 setInterval(followSticks, 100);
 connect();

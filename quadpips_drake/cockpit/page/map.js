@@ -1,6 +1,7 @@
 "use strict";
 // The map from above: the terrain's picture, and on it what moves. World x points to the right, y upwards.
 
+const COMMAND_COLOR = "#0073d9", PUSH_COLOR = "#f2400d";
 const LEG_COLORS = ["#1f78b5", "#f28010", "#2ba12b", "#bf268c"];  // LF, RF, LH, RH, as in all pictures
 
 class GroundMap {
@@ -82,11 +83,20 @@ class GroundMap {
     this.line(this.trail, "#1b2a3d88", 2);
     if (shown("base_reference")) this.line(s.path, "#d91a26", 2, [6, 4]);
     if (shown("footholds")) for (const [leg, x, y] of s.footholds) this.disc([x, y], 4, LEG_COLORS[leg], false);
-    if (s.goal && shown("course")) {
+    if (s.goal && shown("course/goal")) {
       this.disc(s.goal, 0.3 * this.scale(), "#c2185b", false);
       this.disc(s.goal, 5, "#c2185b", true);
     }
     if (s.position.length) this.drawRobot(s);
+    this.drawScale();
+  }
+
+  drawScale() {
+    const c = this.context, y = this.canvas.height - 14;
+    c.fillStyle = "#1d2733";
+    c.font = "17px system-ui, sans-serif";
+    c.fillRect(14, y, this.scale(), 3);
+    c.fillText("1 m", 14, y - 6);
   }
 
   drawRobot(s) {
@@ -95,7 +105,8 @@ class GroundMap {
     const corner = (a, b) => [x + a * forward[0] + b * left[0], y + a * forward[1] + b * left[1]];
     this.line([corner(-0.3, 0.13), corner(0.3, 0.13), corner(0.42, 0), corner(0.3, -0.13), corner(-0.3, -0.13), corner(-0.3, 0.13)],
       "#16202d", 3);
+    if (s.command.length && s.layers.command) this.line([[x, y], corner(s.command[0], s.command[1])], COMMAND_COLOR, 5);
     const size = Math.hypot(...s.push);
-    if (size > 0) this.line([[x, y], [x + s.push[0] / size, y + s.push[1] / size]], "#e65100", 6);
+    if (size > 0) this.line([[x, y], [x + s.push[0] / size, y + s.push[1] / size]], PUSH_COLOR, 6);
   }
 }

@@ -14,10 +14,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import shapely
 
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.math.constants import GRAVITY
+from quadpips_drake.planning.region_table import nearest_in_polygon
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.reference import FootholdTarget
 
@@ -81,10 +81,7 @@ def shifts(
             continue
         seen.add(target.leg)
         middle = target.liftoff_time + _LATEST * (target.touchdown_time - target.liftoff_time)
-        if now < middle:
-            offset = _within_region(target, way)
-        else:
-            offset = next((shift.offset for shift in before if _is_of(shift, target)), np.zeros(3))
+        offset = _within_region(target, way) if now < middle else _offset_of(target, before)
         found.append(FootholdShift(int(target.leg), target.touchdown_time, offset))
     return tuple(found)
 
@@ -93,14 +90,16 @@ def shifted(footholds: tuple, moved: tuple[FootholdShift, ...]) -> tuple:
     """The footholds at their new places."""
     if not any(shift.offset.any() for shift in moved):
         return footholds
-    offsets = {(shift.leg, shift.touchdown_time): shift.offset for shift in moved}
-    nowhere = np.zeros(3)
-    places = ((target, offsets.get((int(target.leg), target.touchdown_time), nowhere)) for target in footholds)
+    places = ((target, _offset_of(target, moved)) for target in footholds)
     return tuple(replace(target, position=target.position + offset) if offset.any() else target for target, offset in places)
 
 
-def _is_of(shift: FootholdShift, target: FootholdTarget) -> bool:
-    return shift.leg == target.leg and abs(shift.touchdown_time - target.touchdown_time) < _SAME_TOUCHDOWN
+def _offset_of(target: FootholdTarget, moved: tuple[FootholdShift, ...]) -> np.ndarray:
+    """By how much a touch-down was moved [m], (3,)."""
+    for shift in moved:
+        if shift.leg == target.leg and abs(shift.touchdown_time - target.touchdown_time) < _SAME_TOUCHDOWN:
+            return shift.offset
+    return np.zeros(3)
 
 
 def _within_region(target: FootholdTarget, way: np.ndarray) -> np.ndarray:
@@ -112,8 +111,5 @@ def _within_region(target: FootholdTarget, way: np.ndarray) -> np.ndarray:
     way = way - np.array([0.0, 0.0, (R[0, 2] * way[0] + R[1, 2] * way[1]) / R[2, 2]])
     start = (R.T @ (target.position - region.center))[:2]
     end = start + (R.T @ way)[:2]
-    inset = shapely.Polygon(region.inset)
-    if not shapely.contains_xy(inset, *end):
-        nearest = shapely.shortest_line(inset, shapely.Point(end))
-        end = shapely.get_coordinates(nearest)[0]
-    return R[:, :2] @ (end - start)
+    u, v, _ = nearest_in_polygon(*end, np.array(region.inset, float), len(region.inset))
+    return R[:, :2] @ ([u, v] - start)

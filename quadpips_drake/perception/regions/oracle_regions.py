@@ -26,8 +26,10 @@ class OracleRegionConfig(RegionSourceConfig):
     """Regions whose centre is within this distance of the base (xy) are known [m]."""
 
 
-def regions_from_terrain(terrain: Terrain, foot_radius: float, config: OracleRegionConfig) -> tuple[PlanarRegion, ...]:
-    """Returns regions over all walkable faces of ``terrain``; ``foot_radius`` in [m].
+def regions_from_terrain(
+    terrain: Terrain, foot_radius: float, config: OracleRegionConfig, every_label: bool = False
+) -> tuple[PlanarRegion, ...]:
+    """Returns regions over all walkable faces of ``terrain``, or over faces of ``every_label``; ``foot_radius`` in [m].
 
     Each flat visible patch is shrunk by foot radius + margin and cut by a grid; a piece that is not convex is quartered
     until its parts are (and dropped at last). The boundary of a region is its inset grown by foot radius + margin.
@@ -35,7 +37,7 @@ def regions_from_terrain(terrain: Terrain, foot_radius: float, config: OracleReg
     clearance = foot_radius + config.margin
     regions = []
     for patch in GroundTruth(terrain).patches:
-        if not patch.is_walkable:
+        if not (every_label or patch.is_walkable):
             continue
         X_WP = patch.frame()
         room = patch.in_plane(X_WP).buffer(-clearance, join_style="mitre")

@@ -55,13 +55,14 @@ class OracleRegions(Stage):
         foot_radius: float,
         config: OracleRegionConfig | None = None,
         *,
+        every_label: bool = False,
         timings: StageTimings | None = None,
     ):
-        """``foot_radius`` in [m]."""
+        """``foot_radius`` in [m]; ``every_label``: whether there are regions on what is not steppable, too."""
         nothing = _Seen(RegionSet.empty(), np.full(3, np.nan))
         super().__init__("oracle_regions", config or OracleRegionConfig(), memory=nothing, timings=timings)
         self._truth = GroundTruth(terrain)
-        self._regions = regions_from_terrain(terrain, foot_radius, self.config)
+        self._regions = regions_from_terrain(terrain, foot_radius, self.config, every_label)
         self._centers = centers_of(self._regions)
         self.declare_input("robot_state", RobotState)
         self.declare_output("region_set", RegionSet, lambda memory: memory.regions)

@@ -33,8 +33,8 @@ class SteppabilitySegmenter(Stage):
     - affordance_image: abstract AffordanceImage; its depth is labelled, its pose gives the direction of gravity. Its own
       labels, older ones, are not looked at.
     - labels: abstract LabelImage of the same size, 5 Hz; UNKNOWN where nothing was measured within 3 m; without a pixel
-      before the first one and while the image has not the expected size or the pose is not finite. The depth image and
-      X_WC come with it.
+      before the first one and while the image has not the expected size or the pose is not finite. The depth image, X_WC
+      and the intrinsics come with it.
     """
 
     WORTH_A_THREAD = True
@@ -64,4 +64,4 @@ class SteppabilitySegmenter(Stage):
             return LabelImage.empty()
         labels = self._model.segment(depth, down_C, self._intrinsics)
         labels = move_borders_to_edges(labels, depth, down_C, self._intrinsics)
-        return LabelImage(image.stamp, labels, depth, image.X_WC)
+        return LabelImage(image.stamp, labels, depth, image.X_WC, self._intrinsics)

@@ -27,13 +27,17 @@ class SuperpixelSegmenter(Stage):
 
     WORTH_A_THREAD = True
 
-    def __init__(self, config: SuperpixelConfig | None = None, *, timings: StageTimings | None = None):
+    def __init__(
+        self, config: SuperpixelConfig | None = None, *, every_label: bool = False, timings: StageTimings | None = None
+    ):
+        """``every_label``: whether ground of every label is segmented, not only what is steppable or unknown."""
         config, memory = config or SuperpixelConfig(), SuperpixelImage.empty()
         super().__init__("superpixel_segmenter", config, memory=memory, label="superpixels", timings=timings)
+        self._every_label = every_label
         self.declare_input("egocan", EgocanImage)
         self.declare_output("superpixels", SuperpixelImage)
 
     def update(self, inputs: Inputs, memory: SuperpixelImage, time: float) -> SuperpixelImage:
         """Segments the cap of this moment."""
         previous = memory if self.config.rate > 0 else None
-        return segment_superpixels(inputs.egocan, self.config, previous)
+        return segment_superpixels(inputs.egocan, self.config, previous, self._every_label)

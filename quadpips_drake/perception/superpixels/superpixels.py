@@ -19,6 +19,8 @@ from quadpips_drake.values.steppability import Steppability
 
 _ALLOWED = np.isin(np.arange(256), (Steppability.UNKNOWN, Steppability.STEPPABLE))
 """Labels on which a foot may stand; UNKNOWN does not forbid: without labels, ground is judged by its geometry."""
+_EVERY = np.isin(np.arange(256), tuple(Steppability))
+"""Labels when planning weighs them itself."""
 
 
 @configuration
@@ -77,12 +79,12 @@ def healthy_pixels(can: EgocanImage, config: SuperpixelConfig) -> np.ndarray:
     return _check_health(can, config)[1]
 
 
-def _check_health(can: EgocanImage, config: SuperpixelConfig) -> tuple[np.ndarray, np.ndarray]:
+def _check_health(can: EgocanImage, config: SuperpixelConfig, every_label=False) -> tuple[np.ndarray, np.ndarray]:
     return check_health(
         can.cap_height,
         can.cap_normals,
         can.cap_labels,
-        _ALLOWED,
+        _EVERY if every_label else _ALLOWED,
         can.cap_rays,
         config.max_depth,
         config.min_upward,
@@ -98,7 +100,7 @@ def _is_well_formed(can: EgocanImage) -> bool:
 
 
 def segment_superpixels(
-    can: EgocanImage, config: SuperpixelConfig, previous: SuperpixelImage | None = None
+    can: EgocanImage, config: SuperpixelConfig, previous: SuperpixelImage | None = None, every_label: bool = False
 ) -> SuperpixelImage:
     """Returns connected planar superpixels of the floor cap.
 
@@ -109,10 +111,12 @@ def segment_superpixels(
     ``previous``: the superpixels of the frame before. Its clusters, moved by the base's motion, are the seeds then, with new
     ones only where the ground is new, and fewer rounds are needed; superpixels keep the ids of the ground they lie on. A
     jump of the pose, or time that runs backwards, starts afresh.
+
+    ``every_label``: whether pixels of every label are healthy, not only those that are steppable or unknown.
     """
     if not _is_well_formed(can):
         return SuperpixelImage.empty() if previous is None else replace(SuperpixelImage.empty(), next_id=previous.next_id)
-    points, healthy = _check_health(can, config)
+    points, healthy = _check_health(can, config, every_label)
     normals = can.cap_normals
     planes, active = kernels.healthy_planes(points, normals, healthy)
     step = max(2, int(np.sqrt(healthy.size / config.num_superpixels)))

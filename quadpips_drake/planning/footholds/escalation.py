@@ -18,13 +18,15 @@ class SearchEffort:
     """Whether limits are wider."""
     expansions: int
     """Factor on their bound."""
+    labels: float
+    """Factor on what labels cost: before ground that cannot be avoided a search only shuffles about."""
 
 
 LEVELS = (
-    SearchEffort(careful=False, wide=False, expansions=1),
-    SearchEffort(careful=True, wide=False, expansions=2),
-    SearchEffort(careful=False, wide=True, expansions=4),
-    SearchEffort(careful=True, wide=True, expansions=8),
+    SearchEffort(careful=False, wide=False, expansions=1, labels=1.0),
+    SearchEffort(careful=True, wide=False, expansions=2, labels=0.1),
+    SearchEffort(careful=False, wide=True, expansions=4, labels=0.01),
+    SearchEffort(careful=True, wide=True, expansions=8, labels=0.001),
 )
 """By level; further failures are like the last, but the torso search leads elsewhere each time."""
 
@@ -50,6 +52,8 @@ def escalated(config: FootholdConfig, level: int) -> FootholdConfig:
         config = careful(config)
     if step.wide:
         changes |= {name: factor * getattr(config, name) for name, factor in _WIDER.items()}
+    if config.steppability == "penalty":
+        changes["steppability_weight"] = step.labels * config.steppability_weight
     if step.expansions > 1:
         changes["max_expansions"] = min(config.max_expansions * step.expansions, MAX_EXPANSIONS)
     return replace(config, **changes) if changes else config

@@ -8,6 +8,15 @@ from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.gaits.swing_gaits import swing_gait
 
 CANDIDATES = ("nearest", "center")
+STEPPABILITY = ("exclude", "penalty", "off")
+CHOICES = {
+    "candidate": CANDIDATES,
+    "steppability": STEPPABILITY,
+    "steppability_unknown": ("out_of_frame", "steppable", "passable", "non_passable"),
+    "steppability_occluded": ("label", "out_of_frame"),
+    "steppability_unseen": ("out_of_frame", "region"),
+}
+"""Known values of the keys that are words."""
 MAX_STEPS = 32
 MAX_EXPANSIONS = 20_000
 
@@ -100,14 +109,36 @@ class FootholdConfig(StageConfig):
     the paper; larger ones have places in cells of 2 cm."""
     max_expansions: int = ranged(150, 1, MAX_EXPANSIONS)
     """Most expanded nodes for one waypoint."""
+    patience: float = ranged(0.4, 0.0, 1.0)
+    """A search that has come no nearer to its waypoint for this part of ``max_expansions`` ends with the best stance that it
+    found: waypoints at the edge of what is known are often not quite reached [1]. 1: it goes on to the bound."""
     max_children: int = ranged(24, 1, 1000)
     """Most children kept of one expansion, the best by cost plus cost-to-go."""
     time_limit: float = ranged(math.inf, 1e-9, math.inf)
     """Most wall-clock time of a search [s]. A finite one makes results depend on the machine; hits are reported."""
 
+    steppability: str = "exclude"
+    """What labels mean to the searches: "exclude" regions that are not steppable; a "penalty" on footholds by the newest
+    label image, on regions of every label (Asselmeier et al., arXiv 2501.00112); "off": nothing."""
+    steppability_weight: float = ranged(0.003, 0.0, 1000.0)
+    """Cost of one unit of the penalty [m]: a foot on non-passable ground is 4995 of them, on passable ground 495, out of the
+    frame 20."""
+    steppability_unknown: str = "out_of_frame"
+    """As what an unknown label counts in the penalty: out_of_frame, steppable, passable or non_passable."""
+    steppability_occluded: str = "label"
+    """How a foothold counts in the penalty that something hides: by the "label" of that, or as "out_of_frame"."""
+    steppability_unseen: str = "out_of_frame"
+    """How footholds out of the frame count in the penalty: as "out_of_frame", or by the label of their "region"."""
+
+    @property
+    def every_label(self) -> bool:
+        """Whether regions of every label may carry a foot."""
+        return self.steppability != "exclude"
+
     def __post_init__(self):
         super().__post_init__()
         swing_gait(self.gait)
         swing_gait(self.careful_gait)
-        if self.candidate not in CANDIDATES:
-            raise UserInputError(f"candidate '{self.candidate}' is unknown; known: {', '.join(CANDIDATES)}")
+        for key, known in CHOICES.items():
+            if getattr(self, key) not in known:
+                raise UserInputError(f"{key} '{getattr(self, key)}' is unknown; known: {', '.join(known)}")

@@ -11,6 +11,7 @@ from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.planning.start_stance import flat_region, state_at_start
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.timing import StageTimings
+from quadpips_drake.values.images import LabelImage
 from quadpips_drake.values.plans import FootholdPlan, PlanSketch, RefusedSwings, TorsoPath
 from quadpips_drake.values.regions import GroundHeights, RegionSet
 from quadpips_drake.values.robot_state import RobotState
@@ -30,6 +31,7 @@ class FootholdPlanner(Stage):
         - torso_path
         - refused_swings (optional)
         - ground_heights (optional)
+        - label_image (optional)
         output_ports:
         - foothold_plan
         - plan
@@ -39,6 +41,8 @@ class FootholdPlanner(Stage):
       the plan fails with the same reason.
     - refused_swings (optional): RefusedSwings, frame W; nothing like them is planned.
     - ground_heights (optional): GroundHeights, frame W, that feet have to clear.
+    - label_image (optional): LabelImage of the first camera, by which footholds cost more; only there if
+      ``config.steppability`` is "penalty". Without a pixel the labels of the regions take its place.
     - foothold_plan: FootholdPlan, frame W, for the last path; it has no stances and a reason when nothing was found. Looks
       for a new path at ``config.rate`` (15 Hz).
     - plan: PlanSketch, frame W: the same to draw.
@@ -69,6 +73,9 @@ class FootholdPlanner(Stage):
         self.declare_input("torso_path", TorsoPath)
         self.declare_input("refused_swings", RefusedSwings, default=RefusedSwings.empty())
         self.declare_input("ground_heights", GroundHeights, default=GroundHeights.empty())
+        self._weighs_labels = config.steppability == "penalty"
+        if self._weighs_labels:
+            self.declare_input("label_image", LabelImage, default=LabelImage.empty())
         self.declare_output("foothold_plan", FootholdPlan)
         self.declare_output("plan", PlanSketch, FootholdPlan.sketch)
         self._warm_up()
@@ -88,5 +95,6 @@ class FootholdPlanner(Stage):
         path = inputs.torso_path
         state, refused = state_at_start(inputs.robot_state, path.start), inputs.refused_swings
         test = {"clears": self._clearance(path.regions, inputs.ground_heights)} if self._clearance and path.success else {}
-        plan = search_footholds(state, path.regions, path, self._robot, self.config, refused, **test)
+        labels = inputs.label_image if self._weighs_labels else None
+        plan = search_footholds(state, path.regions, path, self._robot, self.config, refused, labels=labels, **test)
         return replace(plan, start=path.start)

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
+from quadpips_drake.planning.footholds.foothold_labels import FootholdLabels, foothold_labels
 from quadpips_drake.planning.region_table import may_carry_a_foot
 from quadpips_drake.planning.start_stance import attach_feet
+from quadpips_drake.values.images import LabelImage
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -20,11 +22,15 @@ class FootholdProblem:
     normals: np.ndarray
     regions: np.ndarray
     """Indices of the start regions in ``usable``, (4,)."""
+    labels: FootholdLabels
+    """What footholds cost by their labels."""
 
 
-def pose_problem(state: RobotState, regions, robot, config: FootholdConfig) -> FootholdProblem:
-    """Attaches the feet and collects the regions that may carry one."""
-    usable = [region for region in regions.regions if may_carry_a_foot(region, config.max_slope)]
+def pose_problem(
+    state: RobotState, regions, robot, config: FootholdConfig, image: LabelImage | None = None
+) -> FootholdProblem:
+    """Attaches the feet, collects the regions that may carry one, and takes the mask of their labels."""
+    usable = [region for region in regions.regions if may_carry_a_foot(region, config.max_slope, config.every_label)]
     attachments = attach_feet(state, usable, robot)
     usable += [attachment.region for attachment in attachments if not attachment.perceived]
     position = {id(region): k for k, region in enumerate(usable)}
@@ -33,4 +39,5 @@ def pose_problem(state: RobotState, regions, robot, config: FootholdConfig) -> F
         feet=np.array([attachment.point for attachment in attachments]),
         normals=np.array([attachment.region.normal for attachment in attachments]),
         regions=np.array([position[id(attachment.region)] for attachment in attachments]),
+        labels=foothold_labels(config, usable, image),
     )

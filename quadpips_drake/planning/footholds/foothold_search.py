@@ -14,7 +14,9 @@ from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.appeared_ground import SWING_ROOM, lead_over, outlines
 from quadpips_drake.planning.footholds.escalation import careful, escalated
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
+from quadpips_drake.planning.footholds.foothold_labels import FootholdLabels, cost_beyond_unseen
 from quadpips_drake.planning.footholds.foothold_problem import FootholdProblem, pose_problem
+from quadpips_drake.planning.footholds.found_plan import found_plan
 from quadpips_drake.planning.footholds.gait_choice import need_of_care
 from quadpips_drake.planning.footholds.lazy_swings import LazySwings
 from quadpips_drake.planning.footholds.local_path import local_path, prefix_lengths
@@ -24,14 +26,17 @@ from quadpips_drake.planning.footholds.stance_rules import BLOCKED, REJECTIONS, 
 from quadpips_drake.planning.footholds.stance_transitions import cost_rate, distance_to_go, expand
 from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.planning.region_table import make_region_table
+from quadpips_drake.values.images import LabelImage
 from quadpips_drake.values.legs import Leg
-from quadpips_drake.values.plans import FootholdPlan, RefusedSwings, Stance, TorsoPath
+from quadpips_drake.values.plans import FootholdPlan, RefusedSwings, TorsoPath
 from quadpips_drake.values.robot_state import RobotState
 
 _STUCK_WAY = 0.3
 """How much longer the way to go is taken to be for each foot that does not get over what it stands beside [m]."""
 _WORTH_OF_ARRIVAL = 0.2
 """A plan that ends at its waypoint is worth as much as one that leads so much further [m]."""
+_NEARER = 0.02
+"""A search comes nearer to its waypoint in steps of this at least [m]."""
 _CELL = 0.02
 """Footholds of the same leg in the same cell of this size [m] count as one in the identity of a node."""
 
@@ -45,6 +50,7 @@ class _Search:
         config: FootholdConfig,
         model,
         table,
+        labels: FootholdLabels,
         path: np.ndarray,
         deadline: float,
         refused: RefusedSwings,
@@ -55,7 +61,7 @@ class _Search:
         self._standing = [[leg for leg in range(4) if leg not in phase] for phase in gait.phases]
         self._config = config
         self._model = model
-        self._table = table
+        self._table, self._labels = table, labels
         self._path = path
         self._deadline = deadline
         self._refused, self._things = refused, outlines(refused.appeared, SWING_ROOM)
@@ -77,7 +83,7 @@ class _Search:
         for phase in range(len(self._phases) if self._config.any_first_phase else 1):
             (family,) = self._families(phase, feet[None], regions[None])
             self._push(SearchNode(phase, feet, normals, regions, p_WB, rpy_WB, 0.0, to_go, -1, 0, family))
-        result = SearchResult()
+        result, nearest, last_gain = SearchResult(), np.inf, 0
         while self._open:
             estimate, _, _, index, terminal = heapq.heappop(self._open)
             node = self.nodes[index]
@@ -91,6 +97,12 @@ class _Search:
             if result.expansions >= self._config.max_expansions:
                 bound = f"the bound of {self._config.max_expansions} expansions was reached"
                 return self._best_effort(result, f"{bound}; {self._dead_end(result)}")
+            if node.to_go < nearest - _NEARER:
+                nearest, last_gain = node.to_go, result.expansions
+            if result.expansions - last_gain > self._config.patience * self._config.max_expansions:
+                return self._best_effort(
+                    result, f"{result.expansions - last_gain} expansions in vain; {self._dead_end(result)}"
+                )
             if work_clock() > self._deadline:
                 result.time_limit_hit = True
                 return self._best_effort(result, f"the time limit of {self._config.time_limit:g} s was reached")
@@ -113,9 +125,9 @@ class _Search:
     def _expand(self, index: int, node: SearchNode, result: SearchResult):
         """Adds the permitted stances after one swing, the most promising ones."""
         legs = self._phases[node.phase]
-        feet, normals, regions, p_WB, rpy, costs, ways, refused = expand(
+        feet, normals, regions, p_WB, rpy, costs, ways, by_labels, refused = expand(
             node.feet, node.normals, node.regions, legs, node.p_WB, node.rpy_WB,
-            self._path, self._remaining, self._table, self._model,
+            self._path, self._remaining, self._table, self._model, self._labels,
         )  # fmt: skip
         result.refused += refused
         result.combinations += len(costs) + int(refused.sum())
@@ -126,19 +138,20 @@ class _Search:
         if self._things:
             promise[lead_over(self._things, self.swing_legs(node), node.feet, feet)] = np.inf
         order = np.argsort(promise, kind="stable")
-        parts = feet, normals, regions, p_WB, rpy, node.cost + costs, ways
+        bad_ground = node.bad_ground + cost_beyond_unseen(by_labels, self._labels.weight)
+        parts = feet, normals, regions, p_WB, rpy, node.cost + costs, ways, bad_ground
         self._children[index] = self._as_nodes(following, parts, order[np.isfinite(promise[order])], index)
         self._push_children(index, self._config.max_children)
 
     def _as_nodes(self, phase: int, parts: tuple, order: np.ndarray, parent: int):
         """The children of ``parent`` in this order; made as they are asked for."""
-        *stances, costs, ways = parts
+        *stances, costs, ways, bad = parts
         depth = self.nodes[parent].depth + 1
         for some in np.split(order, range(self._config.max_children, len(order), self._config.max_children)):
             families = self._families(phase, stances[0][some], stances[2][some])
             for k, family in zip(some.tolist(), families, strict=True):
                 stance = (part[k] for part in stances)
-                yield SearchNode(phase, *stance, float(costs[k]), float(ways[k]), parent, depth, family)
+                yield SearchNode(phase, *stance, float(costs[k]), float(ways[k]), parent, depth, family, float(bad[k]))
 
     def _push_children(self, index: int, count: int):
         """Queues the next best children of a node, but for those that are known to be out of reach."""
@@ -246,9 +259,13 @@ class _Search:
         """Ends a search that did not arrive: with the stance that is best to wait in, among those with some progress."""
         result.reason = reason
         candidates = [k for k, node in enumerate(self.nodes) if self.progress(node) >= self._config.min_progress]
-        candidates.sort(key=lambda k: self._rate * self.nodes[k].to_go + self._final_cost(self.nodes[k]))
+        candidates.sort(key=lambda k: self._waiting_cost(self.nodes[k]))
         result.node = next((k for k in candidates if self._can_be_swung_to(k, result)), -1)
         return result
+
+    def _waiting_cost(self, node: SearchNode) -> float:
+        """How bad it is to come to wait in a stance: the way to go, how it stands there, what it stepped on [m]."""
+        return self._rate * node.to_go + self._final_cost(node) + node.bad_ground
 
     def _dead_end(self, result: SearchResult) -> str:
         """Says in words what kept the search from coming nearer."""
@@ -290,7 +307,7 @@ def _attempt(
     gait, model, table = swing_gait(config.gait), make_transition_model(robot, config), make_region_table(problem.usable)
     attempts = []
     for count in prefix_lengths(len(path), config.waypoint_retries):
-        search = _Search(gait, config, model, table, path[:count], deadline, refused, clears)
+        search = _Search(gait, config, model, table, problem.labels, path[:count], deadline, refused, clears)
         result = search.run(problem.feet, problem.normals, problem.regions)
         result.complete &= count == len(path)
         attempts.append((search, result))
@@ -304,7 +321,8 @@ def _worth(search: _Search, result: SearchResult) -> float:
     """How far a search led [m]; one that arrived, if only at a nearer waypoint, ends in a better stance to wait in."""
     if result.node < 0:
         return -np.inf
-    return search.progress(search.nodes[result.node]) + (0.0 if result.reason else _WORTH_OF_ARRIVAL)
+    node = search.nodes[result.node]
+    return search.progress(node) - node.bad_ground + (0.0 if result.reason else _WORTH_OF_ARRIVAL)
 
 
 def _need_of_care(attempt: _Attempt, config: FootholdConfig) -> str:
@@ -324,6 +342,7 @@ def search_footholds(
     config: FootholdConfig,
     refused: RefusedSwings | None = None,
     clears: Callable = lambda duration, start, end: True,
+    labels: LabelImage | None = None,
 ) -> FootholdPlan:
     """Finds the swings that lead from where the robot stands towards the local waypoint on the torso path.
 
@@ -339,6 +358,8 @@ def search_footholds(
         refused: RefusedSwings; nothing like them is in the plan.
         clears: (duration [s], start, end) -> whether a foot clears the ground on the way from start to end, each a ground
             point [m] and an upward normal in W, (3,) and (3,). See ``trajectory/swing/swing_clearance.py``.
+        labels: the newest image, by which footholds cost more if ``config.steppability`` is "penalty"; without one the
+            labels of the regions take its place.
 
     Returns:
         A FootholdPlan; without stances and with a reason when there is none.
@@ -347,7 +368,7 @@ def search_footholds(
     if not torso_path.success:
         reason = torso_path.reason or "there is no torso path"
         return FootholdPlan(state.stamp, torso_path.request_id, reason=reason, complete=False)
-    problem = pose_problem(state, regions, robot, config)
+    problem = pose_problem(state, regions, robot, config, labels)
     refused = refused or RefusedSwings.empty()
     attempt = _attempt(problem, state, torso_path, robot, config, started + config.time_limit, refused, clears)
     need, expansions = _need_of_care(attempt, config), attempt.expansions
@@ -356,33 +377,4 @@ def search_footholds(
         carefully = _attempt(problem, state, torso_path, robot, careful(config), deadline, refused, clears)
         expansions += carefully.expansions
         attempt = carefully if carefully.result.node >= 0 else attempt
-    return _plan(attempt, need, expansions, problem, state, torso_path, config, started)
-
-
-def _plan(
-    attempt: _Attempt, need: str, expansions: int, problem: FootholdProblem, state, torso_path, config, started
-) -> FootholdPlan:
-    """The plan that an attempt found."""
-    search, result = attempt.search, attempt.result
-    chain, gait = search.stances(result.node), attempt.gait
-    return FootholdPlan(
-        stamp=state.stamp,
-        request_id=torso_path.request_id,
-        stances=tuple(
-            Stance(node.feet, node.normals, tuple(problem.usable[k] for k in node.regions), node.p_WB, node.rpy_WB)
-            for node in chain
-        ),
-        swing_legs=tuple(search.swing_legs(node) for node in chain[:-1]),
-        gait=gait.name,
-        swing_duration=gait.swing_duration,
-        stance_duration=gait.stance_duration,
-        gait_reason=need if attempt.gait.name != config.gait else "",
-        waypoint=attempt.waypoint,
-        reason="" if chain else result.reason,
-        expansions=expansions,
-        elapsed=work_clock() - started,
-        complete=result.complete,
-        time_limit_hit=attempt.time_limit_hit,
-        considered=result.combinations,
-        refusals={why: int(count) for why, count in zip(REJECTIONS, result.refused, strict=True) if count},
-    )
+    return found_plan(attempt, need, expansions, problem, state, torso_path, config, started)

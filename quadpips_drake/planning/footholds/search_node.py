@@ -27,6 +27,8 @@ class SearchNode:
     depth: int
     family: tuple
     """Identity of the family; see ``_Search._families``."""
+    bad_ground: float = 0.0
+    """Part of the cost that is due to labels worse than unseen, on the way here [m]."""
 
 
 @dataclass

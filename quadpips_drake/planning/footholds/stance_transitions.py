@@ -11,6 +11,7 @@ from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.math.small_algebra import store
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
+from quadpips_drake.planning.footholds.foothold_labels import foothold_units, label_cost
 from quadpips_drake.planning.footholds.stance_rules import (
     REJECTIONS,
     distance_between,
@@ -108,17 +109,28 @@ def step_aims(feet, swinging, yaw, path, remaining, model):
 
 
 @njit(cache=True)
-def leg_candidates(leg, foot, normal, region, aims, p_WB, R_WB, table, model):
+def _add_labels(points, normals, regions, scores, count, model, mask):
+    """Returns the units of the labels of the first ``count`` footholds, and adds to their ``scores`` what these cost."""
+    units = np.zeros(count)
+    if mask.weight > 0.0:
+        for i in range(count):
+            units[i] = foothold_units(points, normals, regions, i, model.foot_radius, mask)
+            scores[i] += mask.weight * units[i]
+    return units
+
+
+@njit(cache=True)
+def leg_candidates(leg, foot, normal, region, aims, p_WB, R_WB, table, model, mask):
     """Returns the footholds that leg ``leg`` may swing to, best first.
 
     Args:
         foot, normal, region: ground point (3,), normal (3,) and region index of the foot now; it may come down there again.
         aims: poses (x, y, yaw) under which it would like to stand, (m, 3).
-        p_WB, R_WB: nominal base of the present stance.
+        p_WB, R_WB: nominal base of the present stance. mask: FootholdLabels.
 
     Returns:
-        Points (k, 3), normals (k, 3), region indices (k,), k <= candidates_per_leg. The order is by the distance between a
-        foothold and the aim for which it was chosen.
+        Points (k, 3), normals (k, 3), region indices (k,), units of their labels (k,), k <= candidates_per_leg. The order is
+        by the distance between a foothold and the aim for which it was chosen, and by what its labels cost.
     """
     m, n = len(aims), len(table.origins)
     wanted = np.empty((m, 2))
@@ -165,8 +177,9 @@ def leg_candidates(leg, foot, normal, region, aims, p_WB, R_WB, table, model):
             normals[count, 0], normals[count, 1], normals[count, 2] = up_x, up_y, up_z
             indices[count], scores[count] = k, score
             count += 1
+    units = _add_labels(points, normals, indices, scores, count, model, mask)
     order = np.argsort(scores[:count], kind="mergesort")[: model.candidates_per_leg]
-    return points[order], normals[order], indices[order]
+    return points[order], normals[order], indices[order], units[order]
 
 
 @njit(cache=True)
@@ -185,48 +198,59 @@ def edge_cost(feet, new_feet, swinging, p_WB, rpy_WB, new_p_WB, new_rpy_WB, mode
 
 
 @njit(cache=True)
-def _all_candidates(feet, normals, regions, swing_legs, aims, p_WB, R_WB, table, model):
+def _all_candidates(feet, normals, regions, swing_legs, aims, p_WB, R_WB, table, model, mask):
     """Returns ``leg_candidates`` of the first and of the last swinging leg.
 
-    A single leg is both; then one stand-in is enough for the last, whose footholds are not looked at.
+    A single leg is both; then one stand-in is enough for the last, whose footholds are not looked at and cost nothing.
     """
     first, last = swing_legs[0], swing_legs[-1]
-    points_a, normals_a, regions_a = leg_candidates(
-        first, feet[first], normals[first], regions[first], aims, p_WB, R_WB, table, model
+    points_a, normals_a, regions_a, units_a = leg_candidates(
+        first, feet[first], normals[first], regions[first], aims, p_WB, R_WB, table, model, mask
     )
     if first == last:
-        return points_a, normals_a, regions_a, points_a[:1], normals_a[:1], regions_a[:1]
-    points_b, normals_b, regions_b = leg_candidates(
-        last, feet[last], normals[last], regions[last], aims, p_WB, R_WB, table, model
+        return points_a, normals_a, regions_a, units_a, points_a[:1], normals_a[:1], regions_a[:1], np.zeros(1)
+    points_b, normals_b, regions_b, units_b = leg_candidates(
+        last, feet[last], normals[last], regions[last], aims, p_WB, R_WB, table, model, mask
     )
-    return points_a, normals_a, regions_a, points_b, normals_b, regions_b
+    return points_a, normals_a, regions_a, units_a, points_b, normals_b, regions_b, units_b
 
 
 @njit(cache=True)
-def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, table, model):
+def _units_of_standing(feet, normals, regions, swinging, model, mask):
+    """Returns the units of the labels under the feet that stay down."""
+    total = 0.0
+    for leg in range(4):
+        if not swinging[leg] and mask.weight > 0.0:
+            total += foothold_units(feet, normals, regions, leg, model.foot_radius, mask)
+    return total
+
+
+@njit(cache=True)
+def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, table, model, mask):
     """Returns every permitted stance that one swing leads to.
 
     Args:
         feet, normals, regions: the present stance, (4, 3), (4, 3), (4,) indices into ``table``.
         swing_legs: the one or two legs that swing.
         p_WB, rpy_WB: nominal base of the present stance.
-        path, remaining: see ``distance_to_go``.
+        path, remaining: see ``distance_to_go``. mask: FootholdLabels.
 
     Returns:
         feet (k, 4, 3), normals (k, 4, 3), regions (k, 4), base positions (k, 3), rpy (k, 3), edge costs (k,), ways to go
-        (k,), and the number of refused combinations for each of REJECTIONS.
+        (k,), the part of the costs due to labels (k,), and the number of refused combinations for each of REJECTIONS.
     """
     first, last = swing_legs[0], swing_legs[-1]
     swinging = np.zeros(4, dtype=np.bool_)
     swinging[first] = swinging[last] = True
     aims = step_aims(feet, swinging, rpy_WB[2], path, remaining, model)
-    points_a, normals_a, regions_a, points_b, normals_b, regions_b = _all_candidates(
-        feet, normals, regions, swing_legs, aims, p_WB, rotation_from_rpy(rpy_WB), table, model
+    points_a, normals_a, regions_a, units_a, points_b, normals_b, regions_b, units_b = _all_candidates(
+        feet, normals, regions, swing_legs, aims, p_WB, rotation_from_rpy(rpy_WB), table, model, mask
     )
+    standing = _units_of_standing(feet, normals, regions, swinging, model, mask)
     most = len(points_a) * len(points_b)
     out_feet, out_normals, out_regions = np.empty((most, 4, 3)), np.empty((most, 4, 3)), np.empty((most, 4), dtype=np.int64)
     out_p, out_rpy, costs, ways = np.empty((most, 3)), np.empty((most, 3)), np.empty(most), np.empty(most)
-    refused, centers = np.zeros(len(REJECTIONS), dtype=np.int64), np.empty((4, 3))
+    by_labels, refused, centers = np.empty(most), np.zeros(len(REJECTIONS), dtype=np.int64), np.empty((4, 3))
     waypoint_yaw = path[-1, 2]
     facing = np.cos(rpy_WB[2] - waypoint_yaw)
     k = 0  # a refused combination leaves its place to the next one
@@ -255,6 +279,10 @@ def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, ta
             store(out_rpy[k], new_rpy)
             costs[k] = edge_cost(feet, out_feet[k], swinging, p_WB, rpy_WB, new_p, new_rpy, model)
             costs[k] += model.support_weight * aside * aside
+            by_labels[k] = label_cost(standing + units_a[a] + units_b[b], mask)
+            costs[k] += by_labels[k]
             ways[k], _ = distance_to_go(new_p[0], new_p[1], new_rpy[2], path, remaining, model.yaw_weight)
             k += 1
-    return out_feet[:k], out_normals[:k], out_regions[:k], out_p[:k], out_rpy[:k], costs[:k], ways[:k], refused
+    return (
+        out_feet[:k], out_normals[:k], out_regions[:k], out_p[:k], out_rpy[:k], costs[:k], ways[:k], by_labels[:k], refused,
+    )  # fmt: skip

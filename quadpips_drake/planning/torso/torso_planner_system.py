@@ -51,10 +51,18 @@ class TorsoPlanner(Stage):
 
     WORTH_A_THREAD = True
 
-    def __init__(self, robot, config: TorsoConfig | None = None, *, timings: StageTimings | None = None):
+    def __init__(
+        self,
+        robot,
+        config: TorsoConfig | None = None,
+        *,
+        every_label: bool = False,
+        timings: StageTimings | None = None,
+    ):
+        """``every_label``: whether regions of every label are ground, not only those that are steppable or unknown."""
         config = config or TorsoConfig()
         super().__init__("torso_planner", config, memory=_Memory(TorsoPath.empty()), label="torso_search", timings=timings)
-        self._robot = robot
+        self._robot, self._every_label = robot, every_label
         self.declare_input("robot_state", RobotState)
         self.declare_input("region_set", RegionSet)
         self.declare_input("plan_request", PlanRequest)
@@ -93,6 +101,7 @@ class TorsoPlanner(Stage):
             request_id=request.id,
             level=request.level,
             exploration=exploration,
+            every_label=self._every_label,
         )
         return _Memory(replace(path, start=request.start), ground, exploration.after(path))
 

@@ -30,6 +30,7 @@ def search_torso_path(
     request_id: int = 0,
     level: int = 0,
     exploration: Exploration | None = None,
+    every_label: bool = False,
 ) -> TorsoPath:
     """Finds a path of the torso over the regions towards the goal (QuadPiPS section VI-B).
 
@@ -39,14 +40,13 @@ def search_torso_path(
     its place; see ``choose_subgoal``.
 
     Args:
-        p_WB: position of the base in W [m], (3,).
-        yaw: its yaw [rad].
+        p_WB, yaw: position of the base in W [m], (3,), and its yaw [rad].
         goal_xy: goal of the torso in W [m], (2,).
         level: of escalation, handed on with the path.
         exploration: what was tried before; nothing by default.
+        every_label: whether regions of every label are ground, not only those that are steppable or unknown.
 
-    Returns:
-        The path, its first pose the robot's own; without poses and with a reason when there is none.
+    Returns the path, its first pose the robot's own; without poses and with a reason when there is none.
     """
     p_WB, goal_xy, yaw = np.asarray(p_WB, dtype=float), np.asarray(goal_xy, dtype=float), float(yaw)
     exploration = exploration or Exploration().standing_at((*p_WB[:2], yaw), goal_xy)
@@ -54,7 +54,7 @@ def search_torso_path(
     def result(poses=_NO_POSES, reason="", to_goal=False, **nodes):
         return TorsoPath(regions.stamp, request_id, poses, regions, reason, level, to_goal, exploration.viewpoints, **nodes)
 
-    near, reason = _ground_near(regions, p_WB, config)
+    near, reason = _ground_near(regions, p_WB, config, every_label)
     if not near:
         return result(reason=reason)
     support = make_support_map(near)
@@ -95,9 +95,9 @@ def _bearing(to_goal, yaw: float) -> float:
     return float(np.arctan2(to_goal[1], to_goal[0])) if np.hypot(*to_goal) > _AT_GOAL else yaw
 
 
-def _ground_near(regions: RegionSet, p_WB, config: TorsoConfig) -> tuple[list, str]:
+def _ground_near(regions: RegionSet, p_WB, config: TorsoConfig, every_label: bool) -> tuple[list, str]:
     """Returns the steppable regions around the robot; if there are none, why."""
-    usable = [r for r in regions.regions if may_carry_a_foot(r, config.max_slope)]
+    usable = [r for r in regions.regions if may_carry_a_foot(r, config.max_slope, every_label)]
     if not usable:
         return [], "there are no steppable regions"
     near = [r for r in usable if np.hypot(*(r.center[:2] - p_WB[:2])) <= config.planning_radius]

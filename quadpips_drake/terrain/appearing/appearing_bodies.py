@@ -17,7 +17,8 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, SpatialInertia
 
-from quadpips_drake.terrain.plant_builder import COLORS, collision_shapes, visual_shape
+from quadpips_drake.terrain.element_colors import COLORS
+from quadpips_drake.terrain.plant_builder import collision_shapes, visual_shape
 from quadpips_drake.terrain.terrain import Element
 
 _WAITING = RigidTransform([0.0, 0.0, -200.0])

@@ -49,6 +49,11 @@ class OptimalControlProblem:
         self.terminal_cost = self._regulator_cost() if terminal_cost is None else terminal_cost
         """Q_f (24, 24), for a robot that faces x."""
 
+    @property
+    def program(self) -> StageProgram:
+        """The quadratic program, as the last iteration left it; for onlookers."""
+        return self._program
+
     def initial_guess(self, x0, task: TrackingTask) -> Guess:
         """Returns the reference itself, moved to start at ``x0``'s pose, as the point to linearise about."""
         states = np.array(task.x_ref, dtype=float)

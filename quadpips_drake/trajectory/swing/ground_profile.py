@@ -10,7 +10,8 @@ from quadpips_drake.values.regions import GroundHeights
 
 SAMPLES = 25
 """Equal parts of the way [1]: 0 at lift-off, 1 at touch-down."""
-_PARTS = np.linspace(0.0, 1.0, SAMPLES)
+PARTS = np.linspace(0.0, 1.0, SAMPLES)
+"""Where on the way of a swing its profile has samples [1]."""
 _STEP = 0.02
 """A height difference between both ends of more than this [m] is taken for a step, not for a slope."""
 _LATEST_EDGE = 0.25
@@ -109,7 +110,7 @@ def _raise_over(boundary, pose, foot_radius, p0, p1, profile, is_known):
     for k in range(len(profile)):
         if is_known[k]:
             continue
-        x, y = p0[0] + _PARTS[k] * (p1[0] - p0[0]), p0[1] + _PARTS[k] * (p1[1] - p0[1])
+        x, y = p0[0] + PARTS[k] * (p1[0] - p0[0]), p0[1] + PARTS[k] * (p1[1] - p0[1])
         drop = (x - pose[0, 3]) * pose[0, 2] + (y - pose[1, 3]) * pose[1, 2]
         height = pose[2, 3] + (foot_radius - drop) / pose[2, 2]
         inside = True
@@ -126,7 +127,7 @@ def _take_heights(corner, cell, heights, foot_radius, p0, p1, profile, is_known)
     radius = foot_radius + _ASIDE
     reach = int(np.ceil(radius / cell))
     for k in range(len(profile)):
-        x, y = p0[0] + _PARTS[k] * (p1[0] - p0[0]), p0[1] + _PARTS[k] * (p1[1] - p0[1])
+        x, y = p0[0] + PARTS[k] * (p1[0] - p0[0]), p0[1] + PARTS[k] * (p1[1] - p0[1])
         i0, j0 = int(np.floor((x - corner[0]) / cell)), int(np.floor((y - corner[1]) / cell))
         highest = -np.inf
         for i in range(max(i0 - reach, 0), min(i0 + reach + 1, heights.shape[0])):
@@ -149,9 +150,9 @@ def _complete(start, end, is_known, profile):
         if np.isfinite(profile[k]):
             continue
         if abs(end - start) < _STEP:
-            profile[k] = start + _PARTS[k] * (end - start)
+            profile[k] = start + PARTS[k] * (end - start)
             continue
-        from_lower = _PARTS[k] if end > start else 1.0 - _PARTS[k]
+        from_lower = PARTS[k] if end > start else 1.0 - PARTS[k]
         profile[k] = min(start, end) if from_lower < _LATEST_EDGE else max(start, end)
     if is_known:  # the foot does stand at both ends, whatever the regions' planes say
         profile[0], profile[-1] = start, end

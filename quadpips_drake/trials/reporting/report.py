@@ -14,7 +14,7 @@ from quadpips_drake.trials.reporting.report_page import REPORT, report_page
 from quadpips_drake.trials.reporting.trial_record import TrialRecord, record_of
 from quadpips_drake.trials.reporting.words import last_lines, verdict
 from quadpips_drake.trials.result import TrialResult
-from quadpips_drake.trials.simulated_trial import BREAKDOWNS
+from quadpips_drake.trials.simulated_trial import BREAKDOWNS, in_one_line
 
 _LARGEST_PAGE, _HEAD = 200_000_000, 1000
 
@@ -56,10 +56,18 @@ def cause_of(found: PostMortem | None) -> dict:
 
 
 def write_report(record: TrialRecord) -> PostMortem | None:
-    """Writes the page of a trial into its directory anew; returns its post-mortem."""
-    found = post_mortem_of(record)
+    """Writes the page of a trial into its directory anew; returns its post-mortem.
+
+    Raises:
+        UserInputError: that cannot be written, or the numbers in the files make no sense together.
+    """
     try:
-        write_text(record.folder / REPORT, report_page(record, found))
+        found = post_mortem_of(record)
+        page_of_it = report_page(record, found)
+    except BREAKDOWNS as error:
+        raise UserInputError(f"{record.folder}: no report can be made of these files: {in_one_line(error)}") from error
+    try:
+        write_text(record.folder / REPORT, page_of_it)
     except OSError as error:
         raise UserInputError(f"{record.folder}: cannot write there ({error.strerror or error})") from None
     return found

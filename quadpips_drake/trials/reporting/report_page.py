@@ -32,7 +32,7 @@ def report_page(record: TrialRecord, found: PostMortem | None) -> str:
         f'<p class="{story}">{escape(verdict(record, found))}</p>',
         *(f"<p>{escape(remark)}</p>" for remark in record.remarks),
         f"<p>{_links(record)}</p>",
-        table(("", ""), _facts(record), text=(0, 1)),
+        table(("", ""), ((escape(name), escape(text)) for name, text in _facts(record)), text=(0, 1)),
     ]
     if found is not None:
         parts.append(_post_mortem(case, found))

@@ -64,6 +64,6 @@ def last_lines(result: TrialResult, again: str) -> list[str]:
     when = "from the beginning" if cause["time"] <= 0.0 else f"at t = {cause['time']:.2f} s"
     return [
         f"cause:     {cause['cause']}, {when}: {cause['text']}",
-        f"look at:   {cause['system']}; {', '.join(cause['keys'])}",
+        f"look at:   {'; '.join(dict.fromkeys((cause['system'], ', '.join(cause['keys']))))}",
         f"repeat:    {again}",
     ]

@@ -87,6 +87,11 @@ class Spawner:
         firsts = np.cumsum([first, *(len(spawn.elements) for spawn in spawns)])
         self._all = [_Spawned(spawn, int(first)) for spawn, first in zip(spawns, firsts, strict=False)]
 
+    @property
+    def is_waiting(self) -> bool:
+        """Whether there is anything that has not appeared yet."""
+        return any(spawned.at is None for spawned in self._all)
+
     def advance(self, context, time: float, reference: WholeBodyReference) -> bool:
         """Lets appear what is due at ``time`` [s]; returns whether the terrain is another one now.
 
@@ -128,6 +133,15 @@ class Spawner:
     def appeared(self) -> list[tuple[float, Terrain]]:
         """What has appeared: when [s], and its elements."""
         return [(spawned.at, spawned.terrain) for spawned in self._all if spawned.at is not None]
+
+    def places(self) -> list[list]:
+        """What has appeared so far, each element with its number in the station, the time [s] and its X_WE (16 numbers)."""
+        there = [spawned for spawned in self._all if spawned.at is not None]
+        return [
+            [number, spawned.at, element.X_WE.ravel().tolist()]
+            for spawned in there
+            for number, element in zip(spawned.numbers, spawned.terrain.elements, strict=True)
+        ]
 
     def plain(self) -> list[dict]:
         """For result.json, in the order in which it was asked for."""

@@ -220,3 +220,4 @@ def test_trials_of_a_bench():
     for wrong in ("0.1:0.3", "0.3:0.1:4", "0:1:1", "0:1:2.5", "nan:1:3", "a:b:c"):
         with pytest.raises(UserInputError, match="LOW:HIGH:N"):
             difficulties_of(wrong)
+    assert difficulties_of("0.25") == [0.25]

@@ -41,6 +41,17 @@ def test_what_must_not_be_stepped_on_gives_no_region():
     assert all(not wet.intersects(shapely.Polygon(corners_in_world(r, r.boundary)[:, :2]).buffer(-1e-6)) for r in regions)
 
 
+def test_with_every_label_the_puddle_is_a_region_and_says_so():
+    floor = Box(X_WE=pose((0, 0, -0.05)), size=np.array([2.0, 2.0, 0.1]))
+    puddle = Box(X_WE=pose((0.5, 0, 0.0)), size=np.array([0.4, 0.4, 0.02]), label=Steppability.NON_PASSABLE)
+    terrain = Terrain("puddle", np.zeros(3), np.array([1.0, 0.0]), 0.7, (floor, puddle))
+    regions = regions_from_terrain(terrain, FOOT_RADIUS, OracleRegionConfig(), every_label=True)
+    wet = [region for region in regions if np.abs(region.center[:2] - [0.5, 0.0]).max() < 0.2]
+    assert wet and {region.label for region in wet} == {Steppability.NON_PASSABLE}
+    dry = regions_from_terrain(terrain, FOOT_RADIUS, OracleRegionConfig())
+    assert len(dry) == len(regions) - len(wet)
+
+
 def test_only_nearby_regions_are_known():
     regions = regions_from_terrain(load_terrain("flat"), FOOT_RADIUS, OracleRegionConfig(cell=0.5))
     near = nearby_regions(regions, np.array([1.0, 0.2, 0.5]), 1.5)

@@ -200,13 +200,25 @@ def test_expansions_are_bounded():
     assert not plan.success and "bound of 1 expansions" in plan.reason
 
 
+def test_a_search_without_progress_ends_early():
+    """The waypoint is beyond a pit."""
+    regions, goal = worlds.pit(0.7), (2.3, 0.0)
+    patient, hasty = (
+        plan_once(regions, goal, FootholdConfig(patience=patience, waypoint_retries=0)) for patience in (1.0, 0.2)
+    )
+    assert hasty.expansions < 0.7 * patient.expansions
+    assert "in vain" in hasty.reason or hasty.success
+    ends = [plan.stances[-1].p_WB[0] if plan.success else 0.0 for plan in (patient, hasty)]
+    assert ends[1] > ends[0] - 0.15
+
+
 @pytest.mark.parametrize(("single_place", "bounded"), [(0.0, True), (0.10, False)])
 def test_small_stones_as_single_places_are_all_tried_within_the_bound(single_place, bounded):
     robot = load_robot("go2")
     stones = [worlds.patch(0, x, y, 0.15, 0.15, margin=0.02) for x in (-0.2, 0.2) for y in (-0.15, 0.15)]
     regions = worlds.region_set(stones, worlds.tiles((1.2, 2.0), (-0.4, 0.4)))  # out of reach
     poses = np.array([[x, 0.0, robot.nominal_base_height, 0.0] for x in np.linspace(0.0, 0.8, 9)])
-    config = FootholdConfig(**GO2_FEET, single_place=single_place, waypoint_retries=0)
+    config = FootholdConfig(**GO2_FEET, single_place=single_place, waypoint_retries=0, patience=1.0)
     plan = search_footholds(worlds.standing_state(robot), regions, TorsoPath(0.0, 1, poses, regions), robot, config)
     assert not plan.success
     assert ("bound" in plan.reason) == bounded, plan.reason

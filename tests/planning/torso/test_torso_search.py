@@ -23,8 +23,8 @@ CONFIG = TorsoConfig()
 START = np.array([0.0, 0.0, ROBOT.nominal_base_height])
 
 
-def search(regions, goal, yaw=0.0, start=START):
-    return search_torso_path(start, yaw, regions, goal, ROBOT, CONFIG)
+def search(regions, goal, yaw=0.0, start=START, **more):
+    return search_torso_path(start, yaw, regions, goal, ROBOT, CONFIG, **more)
 
 
 def assert_supported(path, regions):
@@ -141,6 +141,13 @@ def test_one_large_region_is_enough():
     path = search(RegionSet(0.0, (worlds.patch(0, 1.0, 0.0, 5.0, 3.0),)), (2.5, 0.5))
     assert path.success
     np.testing.assert_allclose(path.poses[-1, :2], [2.5, 0.5], atol=1e-9)
+
+
+def test_ground_of_every_label_if_asked_for():
+    label = Steppability.NON_PASSABLE
+    walls = worlds.region_set([worlds.patch(0, 1.0, 0.0, 5.0, 3.0, label=label)])
+    assert not search(walls, (2.0, 0.0)).success
+    assert search(walls, (2.0, 0.0), every_label=True).to_goal
 
 
 def test_reasons():

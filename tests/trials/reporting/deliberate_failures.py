@@ -63,7 +63,7 @@ FAILURES = (
         f"run --terrain {{folder}}/{WALLED} --set stages.region_source=oracle --duration 12",
         ("goal blocked",),
     ),
-    Failure("spawned wall", "run --terrain flat --spawn box:0.2,14,0.6@2,0@3 --duration 12", ("spawned obstacle",)),
+    Failure("spawned wall", "run --terrain flat --spawn box:0.2,14,0.6@1.6,0@1.5 --duration 6", ("spawned obstacle",)),
     Failure(
         "Go2 on stairs of 10 cm", "walk --robot go2 --terrain stairs_10 --velocity 0.4,0,0 --duration 10", ("step too high",)
     ),

@@ -9,6 +9,7 @@ import pytest
 
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.trials.record import record_trial
+from quadpips_drake.trials.reporting import report
 from quadpips_drake.trials.reporting.comparison_page import comparison_page
 from quadpips_drake.trials.reporting.overview_figure import thinned
 from quadpips_drake.trials.reporting.post_mortem import post_mortem_of
@@ -32,7 +33,7 @@ def read(page: str) -> Reader:
 
 def slipped(**fields):
     log = noting(falling(sliding(standing_log(), 0.9, 0.1)), (1.2, "safety", "<b>foot LF</b> has slipped by 0.12 m"))
-    return record(log, detail="roll or pitch reached <0.80> rad", **fields)
+    return record(log, detail="roll or pitch reached <b>0.80</b> rad", **fields)
 
 
 def test_the_page_of_a_fall():
@@ -41,7 +42,8 @@ def test_the_page_of_a_fall():
     for text in (
         "anymal_c on flat, seed 3",
         "most likely because of low friction",
-        "reached <0.80> rad",
+        "reached <b>0.80</b> rad",
+        "fell at t = 2.00 s: roll or pitch reached <b>0.80</b> rad",
         "stages.station.model_error.friction",
         "quadpips walk 'out/some trial/config.yaml'",
         "Asked in the last two seconds",
@@ -53,6 +55,15 @@ def test_the_page_of_a_fall():
     ):
         assert text in page.text, text
     assert page.pictures == 5
+
+
+def test_numbers_that_make_no_sense_together_end_with_one_line(tmp_path, monkeypatch):
+    def broken(record):
+        raise ValueError("zero-size array\nto reduction")
+
+    monkeypatch.setattr(report, "post_mortem_of", broken)
+    with pytest.raises(UserInputError, match=r"no report can be made of these files: zero-size array$"):
+        report.write_report(replace(slipped(), folder=tmp_path))
 
 
 def test_the_page_of_a_success_has_no_post_mortem():

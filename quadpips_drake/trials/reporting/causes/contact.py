@@ -71,20 +71,18 @@ def too_high(case: Case) -> Iterator[Finding]:
     if robot is None or terrain is None or moments is None:
         return
     hindered = [event for event in case.chain if event.kind in _HINDERED]
-    if case.fell and not hindered:
+    if not hindered:
         return
     height = highest_step(terrain, case.position(case.begin)[:2])
     share = height / robot.nominal_base_height
     if share < _STEP or height > 3.0 * robot.nominal_base_height:
         return
-    what = f": {hindered[0].text}" if hindered else ""
     text = (
         f"a step of {100 * height:.0f} cm, {share:.0%} of the {robot.nominal_base_height:.2f} m at which this robot carries "
-        f"its base{what}"
+        f"its base: {hindered[0].text}"
     )
-    time = hindered[0].time if hindered else case.begin
     keys = ("difficulty", "stages.planning.footholds.max_rise", "stages.planning.footholds.careful_rise")
-    yield Finding("step too high", time, text, "foothold_planner", keys, min(0.75, 0.45 + share))
+    yield Finding("step too high", hindered[0].time, text, "foothold_planner", keys, min(0.75, 0.45 + share))
 
 
 def highest_step(terrain, place: np.ndarray) -> float:

@@ -12,6 +12,8 @@ from quadpips_drake.values.steppability import Steppability
 
 _BLIND = 0.005
 """A camera that has measured less than this part of what is around it is blind [1]."""
+_NEARER = 0.05
+"""A robot that has come nearer to its goal by less than this has come no nearer [m]."""
 _LOOKED = 1.0
 """So long it has to have looked [s]."""
 _AFTER_TOUCH = 3.0
@@ -69,21 +71,21 @@ def blocked(case: Case) -> Iterator[Finding]:
         yield Finding("spawned obstacle", at, text, "replan_monitor", ("spawn", f"{settings}.max_rise"), 0.95)
     elif obstacle.kind == "wall":
         text = f"a wall {100 * obstacle.size:.0f} cm high keeps the robot from the goal {where}{_planner_says(case)}"
-        yield Finding("goal blocked", _first_failure(case), text, "torso_planner", ("goal", "terrain"), 0.9)
+        yield Finding("goal blocked", _stuck_since(case), text, "torso_planner", ("goal", "terrain"), 0.9)
     elif obstacle.kind == "gap":
         text = (
             f"a gap of {obstacle.size:.2f} m before the goal {where} is wider than the longest swing, "
             f"{_longest_swing(case):.2f} m{_planner_says(case)}"
         )
         keys = ("difficulty", f"{settings}.max_swing", "goal")
-        yield Finding("gap in the way", _first_failure(case), text, "torso_planner", keys, 0.9)
+        yield Finding("gap in the way", _stuck_since(case), text, "torso_planner", keys, 0.9)
     else:
         text = (
             f"a step of {obstacle.size:.2f} m before the goal {where} is higher than the feet are allowed to rise, "
             f"{_highest_rise(case):.2f} m{_planner_says(case)}"
         )
         keys = (f"{settings}.max_rise", "difficulty", "goal")
-        yield Finding("step too high", _first_failure(case), text, "foothold_planner", keys, 0.9)
+        yield Finding("step too high", _stuck_since(case), text, "foothold_planner", keys, 0.9)
 
 
 def hit_what_appeared(case: Case) -> Iterator[Finding]:
@@ -139,6 +141,8 @@ def _obstacle(case: Case) -> Obstacle | None:
     record = case.record
     if record.is_walk or record.terrain is None or record.robot is None or case.result.success:
         return None
+    if not np.isfinite(case.position(case.begin)).all():
+        return None
     since = case.log.get("appeared_time", np.zeros(0))
     appeared = (case.log["appeared_low"], case.log["appeared_high"]) if len(since) else None
     search = partial(
@@ -166,10 +170,12 @@ def _planner_says(case: Case) -> str:
     return f' (the planner: "{said[-1]}")' if said else ""
 
 
-def _first_failure(case: Case) -> float:
-    """When the planner first found nothing [s]; without that, the beginning of the chain."""
+def _stuck_since(case: Case) -> float:
+    """When the planner first found nothing, or the robot came no nearer to the goal any more [s]; not after the chain."""
     failed = [time for time, text in case.notes("planner") if "failed" in text]
-    return failed[0] if failed else case.begin
+    distances = np.hypot(*(case.log["p_WB"][:, :2] - np.asarray(case.record.terrain.goal)).T)
+    near = float(case.log["time"][int(np.argmax(distances <= np.nanmin(distances) + _NEARER))])
+    return min([near, case.begin, *failed])
 
 
 def _progress_rate(case: Case) -> float:

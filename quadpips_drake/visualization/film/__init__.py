@@ -1,0 +1,1 @@
+"""Films: meshes in a rendered scene, words over a picture, files of video."""

@@ -1,0 +1,1 @@
+"""Meshes of more than plans: ground and arrows."""

@@ -1,0 +1,1 @@
+"""What is written over moving pictures: legend, clock, status."""

@@ -1,0 +1,1 @@
+"""Values of a trial as Rerun shows them, on one time line."""
