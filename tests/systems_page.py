@@ -21,7 +21,7 @@ the configuration asks for it.
 def make_page() -> str:
     """Returns the text of the page."""
     classes = [*system_classes(Diagram), *system_classes(LeafSystem)]
-    parts = sorted({_part(cls) for cls in classes}, key=lambda part: [*STAGES, "diagrams"].index(part))
+    parts = sorted({_part(cls) for cls in classes}, key=lambda part: [*STAGES, "baselines", "diagrams"].index(part))
     sections = {part: [cls for cls in classes if _part(cls) == part] for part in ["diagrams", *parts[:-1]]}
     lines = ["| folder | systems |", "|---|---|"]
     for part, members in sections.items():
