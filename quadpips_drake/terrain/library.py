@@ -11,8 +11,7 @@ from quadpips_drake.terrain.environments.beams import balance_beam, obstructed_b
 from quadpips_drake.terrain.environments.boulders import boulders
 from quadpips_drake.terrain.environments.difficulty import Difficulty, difficulty_of
 from quadpips_drake.terrain.environments.flat import flat
-from quadpips_drake.terrain.environments.gap import gap
-from quadpips_drake.terrain.environments.gaps import gaps_and_steps, gaps_staggered, gaps_symmetric
+from quadpips_drake.terrain.environments.gaps import gap, gaps_and_steps, gaps_staggered, gaps_symmetric
 from quadpips_drake.terrain.environments.go2_hardware import (
     go2_double_platform,
     go2_flat,

@@ -1,9 +1,21 @@
-"""One instance of every LeafSystem of this part, for the test that compares docstrings with ports."""
+"""One instance of every system of this part, for the test that compares docstrings with ports."""
 
 from quadpips_drake.baselines.motion_models.command_sequence import HeldCommand
 from quadpips_drake.baselines.motion_models.command_sequence_system import SequencedCommand
+from quadpips_drake.baselines.motion_models.motion_models_module import MotionModelsConfig, MotionModelsModule
+from quadpips_drake.baselines.motion_models.planner.foot_costmap_system import FootCostmapBuilder, OracleFootCostmap
+from quadpips_drake.baselines.motion_models.planner.velocity_planner_system import VelocityPlanner
 from quadpips_drake.robots.robot_library import load_robot
+from quadpips_drake.terrain.library import load_terrain
 
 
 def make_systems() -> list:
-    return [SequencedCommand(load_robot("anymal_c"), "trot", [HeldCommand((0.3, 0.0, 0.0), 1)])]
+    robot, terrain, config = load_robot("anymal_c"), load_terrain("flat"), MotionModelsConfig(variant="ideal")
+    return [
+        SequencedCommand(robot, "trot", [HeldCommand((0.3, 0.0, 0.0), 1)]),
+        FootCostmapBuilder(),
+        OracleFootCostmap(terrain),
+        VelocityPlanner(robot, "trot", None),
+        MotionModelsModule(robot, config),
+        MotionModelsModule(robot, config, truth=terrain),
+    ]

@@ -1,4 +1,4 @@
-"""Courses of narrow gaps and low steps for a robot that takes velocity commands, as in arXiv 2307.12292 (Taouil et al.).
+"""A trench between two platforms; courses of narrow gaps and low steps, as in arXiv 2307.12292 (Taouil et al.).
 
 The paper tells how wide the gaps are, how high the steps and in which order they come. Distances, depth, widths of the
 ground and what lies between left and right of an asymmetrical gap are chosen here.
@@ -7,7 +7,7 @@ ground and what lies between left and right of an asymmetrical gap are chosen he
 from dataclasses import dataclass
 
 from quadpips_drake.terrain.environments.difficulty import takes_difficulty
-from quadpips_drake.terrain.environments.parts import pit_floor
+from quadpips_drake.terrain.environments.parts import pit_floor, platform
 from quadpips_drake.terrain.terrain import DEFAULT_FRICTION, Box, Terrain, pose
 
 STAGGER = 0.30
@@ -25,6 +25,20 @@ _MARGIN = 1.5
 _scale = takes_difficulty(
     "scale", "widths of the gaps and heights of the steps as parts of the published ones", "1", low=0.2, high=3.0
 )
+
+
+@takes_difficulty("width", "width of the trench", "m", low=0.05, high=1.0)
+def gap(*, seed: int = 0, width: float = 0.30) -> Terrain:
+    """A trench from side to side, to be stepped over.
+
+    It is ``width`` [m] across and 1 m deep.
+    """
+    elements = (
+        platform("start_platform", -3.5, 0.0, 4.0),
+        platform("goal_platform", width, width + 3.5, 4.0),
+        pit_floor(-3.5, width + 3.5, 4.0, -1.0),
+    )
+    return Terrain("gap", (-1.5, 0, 0), (width + 1.5, 0), DEFAULT_FRICTION, elements)
 
 
 @dataclass(frozen=True)
