@@ -196,7 +196,15 @@ class QuadpipsDiagram(Diagram):
 
     def _add_planner(self, builder: DiagramBuilder, name: str, sources: dict):
         """Adds the planner."""
-        setup = PlannerSetup(self.robot, self._settings(planners, name), self._seed, self._timings)
+        config, exact = self._config, self._config.region_source == "oracle"
+        setup = PlannerSetup(
+            robot=self.robot,
+            config=self._settings(planners, name),
+            seed=self._seed,
+            timings=self._timings,
+            tracking=config.tracking,
+            truth=self.terrain if exact else None,
+        )
         system = builder.AddSystem(planners.get(name).factory(setup))
         connect_by_name(builder, system, sources)
         return system
