@@ -33,7 +33,11 @@ planners = Registry("planner", "quadpips_drake.planners")
 
 - ``reference`` (WholeBodyReference, frame W): what tracking follows; without samples it stands;
 - ``status`` (PlannerStatus): what the planner is about; in the phase ``no_plan`` it has given up, which ends a trial;
-- ``plan`` (PlanSketch; may be missing): what recordings draw.
+- ``plan`` (PlanSketch; may be missing): what recordings draw;
+- ``report`` (PlannerReport; may be missing): what result.json says about it under ``planning``.
+
+If it has a method ``make_visualizer(meshcat)``, recordings and live views get the system that this returns, whose inputs are
+fed by name: ``robot_state`` and the planner's outputs.
 
 Its inputs are fed by name: ``robot_state`` (RobotState, the estimate), ``region_set`` (RegionSet), ``ground_heights``
 (GroundHeights; not from every region source), ``label_image`` (LabelImage; likewise), ``safety_status``

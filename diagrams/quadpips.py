@@ -153,7 +153,7 @@ class QuadpipsDiagram(Diagram):
         for port in ("feedforward_torque", "desired_joint_state"):
             builder.Connect(self.tracking.GetOutputPort(port), self.station.GetInputPort(port))
         if meshcat is not None:
-            self._add_visualizers(builder, meshcat)
+            self._add_visualizers(builder, meshcat, estimate)
         self._export(builder, truth, estimate)
         builder.BuildInto(self)
         self.set_name("quadpips")
@@ -216,7 +216,7 @@ class QuadpipsDiagram(Diagram):
         nothing = builder.AddNamedSystem("no_plan_to_draw", ConstantValueSource(AbstractValue.Make(PlanSketch.empty())))
         return nothing.get_output_port()
 
-    def _add_visualizers(self, builder: DiagramBuilder, meshcat) -> None:
+    def _add_visualizers(self, builder: DiagramBuilder, meshcat, estimate) -> None:
         params = MeshcatVisualizerParams(publish_period=1.0 / FRAMES_PER_SECOND)
         MeshcatVisualizer.AddToBuilder(builder, self.station.GetOutputPort("query_object"), meshcat, params)
         plans = builder.AddSystem(PlanVisualizer(self.robot, meshcat))
@@ -227,6 +227,10 @@ class QuadpipsDiagram(Diagram):
         if self.regions.HasOutputPort("affordance_image"):
             image = output_of(self.regions, "affordance_image", AffordanceImage)
             builder.Connect(image, plans.GetInputPort("affordance_image"))
+        if hasattr(self.planning, "make_visualizer"):
+            own = builder.AddSystem(self.planning.make_visualizer(meshcat))
+            told = {name: self.planning.GetOutputPort(name) for name in output_names(self.planning)}
+            connect_by_name(builder, own, {**told, "robot_state": estimate})
 
 
 def stages_type(planner: str, region_source: str, state_estimator: str) -> type:

@@ -3,6 +3,7 @@
 from dataclasses import field
 from pathlib import Path
 
+from quadpips_drake.baselines.motion_models.planner.costmap_visualizer_system import CostmapVisualizer
 from quadpips_drake.baselines.motion_models.planner.foot_costmap import FootCostmapConfig
 from quadpips_drake.baselines.motion_models.planner.foot_costmap_system import FootCostmapBuilder, OracleFootCostmap
 from quadpips_drake.baselines.motion_models.planner.variants import VARIANTS, belief_of, check_gait
@@ -62,7 +63,7 @@ class MotionModelsModule(Diagram):
         - velocity_command
         - gait
         - velocity_plan
-        - prediction_errors
+        - report
 
     - robot_state: RobotState, frame W.
     - ground_heights (optional): GroundHeights that perception remembers, frame W; not there with an exact map.
@@ -75,7 +76,7 @@ class MotionModelsModule(Diagram):
     - velocity_command: forward, left [m/s], yaw rate [rad/s] in the heading frame of the robot, vector (3,).
     - gait: str, name of the gait that is commanded.
     - velocity_plan: VelocityPlan, frame W; the newest one.
-    - prediction_errors: PredictionErrors so far.
+    - report: PlannerReport, see VelocityPlanner.
     """
 
     def __init__(
@@ -100,7 +101,7 @@ class MotionModelsModule(Diagram):
             UserInputError: the models cannot be had, or are of another walk.
         """
         super().__init__()
-        config = config or MotionModelsConfig()
+        self._robot, config = robot, config or MotionModelsConfig()
         directory = Path(config.models) if config.models else None
         belief = belief_of(config.variant, robot, config.gait, directory, config.velocity_reference, tracking)
         builder = DiagramBuilder()
@@ -127,7 +128,11 @@ class MotionModelsModule(Diagram):
         for port in ("plan", "status"):
             builder.ExportOutput(planner.GetOutputPort(port), port)
         builder.ExportOutput(costmap.GetOutputPort("foot_costmap"), "foot_costmap")
-        for port in ("velocity_command", "gait", "velocity_plan", "prediction_errors"):
+        for port in ("velocity_command", "gait", "velocity_plan", "report"):
             builder.ExportOutput(planner.GetOutputPort(port), port)
         builder.BuildInto(self)
         self.set_name("motion_models")
+
+    def make_visualizer(self, meshcat) -> CostmapVisualizer:
+        """What draws the costmap, and where feet came down, into ``meshcat``."""
+        return CostmapVisualizer(self._robot, meshcat)

@@ -4,7 +4,6 @@ import numpy as np
 
 from quadpips_drake.baselines.motion_models.planner.command_search import CommandSearch, VelocityPlan
 from quadpips_drake.baselines.motion_models.planner.foot_costmap import FootCostmap
-from quadpips_drake.baselines.motion_models.planner.prediction_errors import PredictionErrors
 from quadpips_drake.baselines.motion_models.planner.variants import Belief
 from quadpips_drake.baselines.motion_models.planner.velocity_planner_config import VelocityPlannerConfig
 from quadpips_drake.baselines.motion_models.planner.velocity_planning import STANCE, PlanningMemory, VelocityPlanning
@@ -12,7 +11,7 @@ from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.plans import PlanSketch
 from quadpips_drake.values.robot_state import RobotState
-from quadpips_drake.values.status import PlannerStatus, SafetyStatus
+from quadpips_drake.values.status import PlannerReport, PlannerStatus, SafetyStatus
 
 SEARCH = "command_search"
 """Under which computing times of searches are filed."""
@@ -38,7 +37,7 @@ class VelocityPlanner(Stage):
         - plan
         - status
         - velocity_plan
-        - prediction_errors
+        - report
 
     - robot_state: RobotState, frame W; looked at ``config.rate`` (200 Hz) for exchanges of the feet in its contacts.
     - foot_costmap: FootCostmap, frame W; read at each exchange.
@@ -50,7 +49,7 @@ class VelocityPlanner(Stage):
     - plan: PlanSketch of the planned footholds, frame W.
     - status: PlannerStatus; in the phase ``no_plan`` the robot is to stand for good.
     - velocity_plan: VelocityPlan, frame W; the newest one.
-    - prediction_errors: PredictionErrors so far, of the first steps of all plans.
+    - report: PlannerReport: plans, what they cost, how long searches took, and how well the first steps were predicted.
     """
 
     def __init__(
@@ -85,7 +84,7 @@ class VelocityPlanner(Stage):
         self.declare_output("plan", PlanSketch, lambda memory: sketch_of(memory.plan))
         self.declare_output("status", PlannerStatus, status_of)
         self.declare_output("velocity_plan", VelocityPlan, lambda memory: memory.plan)
-        self.declare_output("prediction_errors", PredictionErrors, lambda memory: memory.errors)
+        self.declare_output("report", PlannerReport, report_of)
 
     def update(self, inputs: Inputs, memory: PlanningMemory, time: float) -> PlanningMemory:
         """Looks at the robot, and plans when a step begins."""
@@ -108,6 +107,20 @@ def status_of(memory: PlanningMemory) -> PlannerStatus:
         events={"broken_off": memory.broken_off} if memory.broken_off else {},
         distance_to_goal=memory.distance,
     )
+
+
+def report_of(memory: PlanningMemory) -> PlannerReport:
+    """What result.json says: ``plans``, how many; ``cumulative_cost``, the sum of what the first node of each costs [m];
+    ``expansions`` and ``search_ms`` in the mean; ``errors`` of the models, see PredictionErrors."""
+    count = max(memory.plans, 1)
+    facts = {
+        "plans": memory.plans,
+        "cumulative_cost": round(memory.cost, 4),
+        "expansions": round(memory.expansions / count, 2),
+        "search_ms": round(1e3 * memory.elapsed / count, 4),
+        "errors": memory.errors.plain(),
+    }
+    return PlannerReport(memory.stamp, facts)
 
 
 def sketch_of(plan: VelocityPlan) -> PlanSketch:
