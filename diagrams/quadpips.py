@@ -155,7 +155,7 @@ class QuadpipsDiagram(Diagram):
         if pushes or live:
             self.pushes = add_pushes(builder, self.station, pushes)
         if meshcat is not None:
-            self._add_visualizers(builder, meshcat, PlanVisualizerConfig(keep_history=not live))
+            self._add_visualizers(builder, meshcat, estimate, PlanVisualizerConfig(keep_history=not live))
         self._export(builder, truth, estimate)
         builder.BuildInto(self)
         self.set_name("quadpips")
@@ -215,7 +215,15 @@ class QuadpipsDiagram(Diagram):
 
     def _add_planner(self, builder: DiagramBuilder, name: str, sources: dict):
         """Adds the planner."""
-        setup = PlannerSetup(self.robot, self._settings(planners, name), self._seed, self._timings)
+        config, exact = self._config, self._config.region_source == "oracle"
+        setup = PlannerSetup(
+            robot=self.robot,
+            config=self._settings(planners, name),
+            seed=self._seed,
+            timings=self._timings,
+            tracking=config.tracking,
+            truth=self.terrain if exact else None,
+        )
         system = builder.AddSystem(planners.get(name).factory(setup))
         connect_by_name(builder, system, sources)
         return system
@@ -227,7 +235,7 @@ class QuadpipsDiagram(Diagram):
         nothing = builder.AddNamedSystem("no_plan_to_draw", ConstantValueSource(AbstractValue.Make(PlanSketch.empty())))
         return nothing.get_output_port()
 
-    def _add_visualizers(self, builder: DiagramBuilder, meshcat, config: PlanVisualizerConfig) -> None:
+    def _add_visualizers(self, builder: DiagramBuilder, meshcat, estimate, config: PlanVisualizerConfig) -> None:
         params = MeshcatVisualizerParams(publish_period=1.0 / FRAMES_PER_SECOND)
         MeshcatVisualizer.AddToBuilder(builder, self.station.GetOutputPort("query_object"), meshcat, params)
         plans = builder.AddSystem(PlanVisualizer(self.robot, meshcat, config))
@@ -238,6 +246,10 @@ class QuadpipsDiagram(Diagram):
         if self.regions.HasOutputPort("affordance_image"):
             image = output_of(self.regions, "affordance_image", AffordanceImage)
             builder.Connect(image, plans.GetInputPort("affordance_image"))
+        if hasattr(self.planning, "make_visualizer"):
+            own = builder.AddSystem(self.planning.make_visualizer(meshcat))
+            told = {name: self.planning.GetOutputPort(name) for name in output_names(self.planning)}
+            connect_by_name(builder, own, {**told, "robot_state": estimate})
 
 
 def stages_type(planner: str, region_source: str, state_estimator: str) -> type:

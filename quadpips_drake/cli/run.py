@@ -84,7 +84,8 @@ def run(
     ] = None,
     difficulty: Difficulty = None,
     planner: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Who plans: quadpips, s_mpc or em_mpc. Default: quadpips.")
+        str | None,
+        typer.Option(metavar="NAME", help="Who plans: quadpips, s_mpc, em_mpc or motion_models. Default: quadpips."),
     ] = None,
     regions: Annotated[
         str | None, typer.Option(metavar="NAME", help="Where planar regions come from. Default: superpixels.")

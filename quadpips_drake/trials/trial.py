@@ -22,6 +22,7 @@ from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import RECENT_TIMINGS, SimulatedTrial, SimulationConfig, problem_with_trial_start
 from quadpips_drake.trials.spawning.spawner import Spawner, parse_spawns
+from quadpips_drake.trials.touch_downs import touch_down_statistics
 from quadpips_drake.trials.trial_options import default_stages, planner_wishes
 from quadpips_drake.trials.walk_statistics import FootholdBook
 from quadpips_drake.trials.watching.notes import NoteTaker
@@ -180,10 +181,14 @@ class Trial(SimulatedTrial):
 
     def _foothold_plan(self):
         """The FootholdPlan of the last request; None where the planner has no such port."""
+        return self._of_planner("foothold_plan")
+
+    def _of_planner(self, port: str):
+        """The value at an output port that only some planners have; None where this one has not."""
         planner = self.diagram.planning
-        if not planner.HasOutputPort("foothold_plan"):
+        if not planner.HasOutputPort(port):
             return None
-        return read(planner, "foothold_plan", planner.GetMyContextFromRoot(self.context))
+        return read(planner, port, planner.GetMyContextFromRoot(self.context))
 
     def time_is_up(self) -> Verdict:
         """The goal has not been reached."""
@@ -194,6 +199,9 @@ class Trial(SimulatedTrial):
         observation, status = observe(self.diagram, self.context), read(self.diagram, "status", self.context)
         if len(self.log):
             more |= self._step_statistics(observation.robot_state.stamp)
+        report = self._of_planner("report")
+        if report is not None:
+            more["planning"] = report.facts
         return super().result(
             planner=self.config.planner,
             distance_to_goal=round(self.judge.distance_to_goal(observation.robot_state), 4),
@@ -210,11 +218,12 @@ class Trial(SimulatedTrial):
             self.log.references = [self._rolling.reference(now)]
         arrays = self.log.arrays()
         samples = arrays["time"], arrays["foot_positions"], arrays["contacts"]
+        landed = touch_down_statistics(arrays, self.present_terrain, self.robot.foot_radius)
         if self._rolling:
-            return {"footholds": foothold_statistics(self.log.references, *samples)}
+            return {"footholds": foothold_statistics(self.log.references, *samples) | landed}
         ends = ends_in_force(self.log.references, arrays)
         return {
-            "footholds": foothold_statistics(self.log.references, *samples, until=ends),
+            "footholds": foothold_statistics(self.log.references, *samples, until=ends) | landed,
             "clearance": swing_statistics(self.log.references, arrays, self.robot, self.terrain, self.spawner.appeared()),
         }
 
