@@ -23,6 +23,7 @@ from quadpips_drake.framework.ports import DiagramBuilder, connect_by_name, outp
 from quadpips_drake.framework.registry import Entry
 from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.perception.config import PerceptionConfig, steppable_perception
+from quadpips_drake.perception.elevation.elevation_config import ElevationConfig
 from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.terrain import Element, Terrain
@@ -52,12 +53,13 @@ class QuadpipsConfig:
     drift: PoseDriftConfig = field(default_factory=PoseDriftConfig)
     """How the drifting state estimator moves away from the truth."""
     region_source: str = "superpixels"
-    """Where planar regions come from: superpixels (by camera), oracle (exact ones from the terrain, for finding faults), or
-    one of another package."""
+    """Where planar regions come from: superpixels (by camera), elevation (by camera, from an elevation map), oracle (exact
+    ones from the terrain, for finding faults), or one of another package."""
     perception: PerceptionConfig = field(default_factory=steppable_perception)
     oracle_regions: OracleRegionConfig = field(default_factory=OracleRegionConfig)
     planning: PlanningConfig = field(default_factory=PlanningConfig)
     tracking: TrackingConfig = field(default_factory=TrackingConfig)
+    elevation: ElevationConfig = field(default_factory=ElevationConfig)
 
     def __post_init__(self):
         region_sources.get(self.region_source)
@@ -208,6 +210,7 @@ class QuadpipsDiagram(Diagram):
             seed=self._seed,
             timings=self._timings,
             every_label=getattr(self._settings(planners, planner), "every_label", False),
+            images=self._config.perception,
         )
         system = builder.AddSystem(region_sources.get(name).factory(setup))
         connect_by_name(builder, system, sources)

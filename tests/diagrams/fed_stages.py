@@ -19,6 +19,9 @@ from quadpips_drake.framework.stage import Stage
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.egocan.egocan import EgocanConfig
 from quadpips_drake.perception.egocan.legged_egocan_system import LeggedEgocan
+from quadpips_drake.perception.elevation.elevation_config import ElevationMapConfig, PlaneConfig
+from quadpips_drake.perception.elevation.elevation_mapper_system import ElevationMapper
+from quadpips_drake.perception.elevation.plane_decomposer_system import PlaneDecomposer
 from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
 from quadpips_drake.perception.normals.normals import NormalConfig
 from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig
@@ -46,7 +49,7 @@ from quadpips_drake.trajectory.swing.swing_optimizer_system import SwingTrajecto
 from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, TorsoPath
 from quadpips_drake.values.reference import WholeBodyReference
-from quadpips_drake.values.regions import RegionSet
+from quadpips_drake.values.regions import ElevationMap, RegionSet
 from tests.perception import scenes
 from tests.planning.worlds import standing_state
 from tests.trajectory.walking import uneven_plan
@@ -170,6 +173,16 @@ STAGES = {
         RegionConfig,
         lambda config: RegionExtractor(ROBOT.foot_radius, config),
         lambda k, time: {"superpixels": replace(SUPERPIXELS, stamp=time)},
+    ),
+    ElevationMapper: FedStage(
+        ElevationMapConfig,
+        lambda config: ElevationMapper(ROBOT, scenes.SMALL, config),
+        _with_state(depth_image=_image(scenes.SMALL)),
+    ),
+    PlaneDecomposer: FedStage(
+        PlaneConfig,
+        lambda config: PlaneDecomposer(ROBOT.foot_radius, config),
+        lambda k, time: {"elevation_map": replace(ElevationMap.empty(), stamp=time)},
     ),
     OracleRegions: FedStage(
         OracleRegionConfig, lambda config: OracleRegions(load_terrain("flat"), ROBOT.foot_radius, config), _state

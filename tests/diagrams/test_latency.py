@@ -75,10 +75,10 @@ def stages_of(diagram: Diagram) -> list[Stage]:
 def test_every_section_of_the_configuration_is_that_of_a_stage():
     robot, terrain = load_robot("anymal_c"), load_terrain("flat")
     config, walk = QuadpipsConfig(), WalkConfig()
-    oracle = dataclasses.replace(config, region_source="oracle")
+    others = [dataclasses.replace(config, region_source=source) for source in ("oracle", "elevation")]
     diagrams = [
         QuadpipsDiagram(robot, terrain, config),
-        QuadpipsDiagram(robot, terrain, oracle),
+        *(QuadpipsDiagram(robot, terrain, other) for other in others),
         WalkDiagram(robot, terrain, [WalkCommand(0.0, "stance")], walk),
     ]
     served = {id(stage.config) for diagram in diagrams for stage in stages_of(diagram)}
