@@ -83,7 +83,7 @@ planners.add(
     HeuristicConfig,
     section="heuristic",
     summary="rival: the same on regions of an elevation map, swings clear its heights",
-    wishes=_rival_wishes(clear_ground=True),
+    wishes=_rival_wishes(clear_ground=True) | {"region_source": "elevation"},
 )
 
 

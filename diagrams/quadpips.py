@@ -270,4 +270,4 @@ def stages_type(planner: str, region_source: str, state_estimator: str) -> type:
     if not new:
         return QuadpipsConfig
     more = [(entry.section, entry.config, field(default_factory=entry.config)) for entry in new]
-    return make_dataclass("StagesConfig", more, bases=(QuadpipsConfig,))
+    return make_dataclass("StagesConfig", more, bases=(QuadpipsConfig,), namespace={"__doc__": QuadpipsConfig.__doc__})
