@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from quadpips_drake.baselines.heuristic_module import HeuristicConfig, HeuristicModule
+from quadpips_drake.control.mpc.mpc_config import walking_mpc
 from quadpips_drake.diagrams.planning_module import PlanningConfig, PlanningModule
 from quadpips_drake.framework.registry import Registry
 from quadpips_drake.robots.robot_model import RobotModel
@@ -31,7 +33,8 @@ Its inputs are fed by name: ``robot_state`` (RobotState, the estimate), ``region
 (GroundHeights; not from every region source), ``label_image`` (LabelImage; likewise), ``safety_status``
 (SafetyStatus: while it is unstable, tracking drops the reference), ``goal`` (vector x, y in W [m]) and any of the station's
 outputs (``depth_image``, ``imu``, ...). A planner whose configuration has a true ``every_label`` gets regions of every
-label, not only of ground to step on. Nothing behind a planner knows which one it is."""
+label, not only of ground to step on. What an entry wishes for is laid over the defaults of all other stages. Nothing
+behind a planner knows which one it is."""
 
 
 def _quadpips(setup: PlannerSetup) -> PlanningModule:
@@ -40,4 +43,35 @@ def _quadpips(setup: PlannerSetup) -> PlanningModule:
 
 planners.add(
     "quadpips", _quadpips, PlanningConfig, section="planning", summary="torso search, foothold search, swing optimisation"
+)
+
+
+def _heuristic(setup: PlannerSetup) -> HeuristicModule:
+    return HeuristicModule(setup.robot, setup.config, timings=setup.timings)
+
+
+def _rival_wishes(**reference) -> dict:
+    """What the rivals want otherwise than QuadPiPS: the weights of walks by velocity, in which roll counts as much as pitch;
+    and these keys of their reference."""
+    weights = walking_mpc().ocp.weights
+    turning = {"base_orientation": weights.base_orientation, "angular_velocity": weights.angular_velocity}
+    wishes = {"tracking": {"mpc": {"ocp": {"weights": turning}}}}
+    return wishes | ({"heuristic": {"reference": reference}} if reference else {})
+
+
+planners.add(
+    "s_mpc",
+    _heuristic,
+    HeuristicConfig,
+    section="heuristic",
+    summary="rival: twist towards the goal, footholds by heuristics on superpixel regions",
+    wishes=_rival_wishes(),
+)
+planners.add(
+    "em_mpc",
+    _heuristic,
+    HeuristicConfig,
+    section="heuristic",
+    summary="rival: the same on regions of an elevation map, swings clear its heights",
+    wishes=_rival_wishes(clear_ground=True),
 )

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from quadpips_drake.configuration.layers import ConfigLayer
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.diagrams.planners import planners
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram, stages_type
@@ -20,7 +21,8 @@ from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, problem_with_trial_start
 from quadpips_drake.trials.spawning.spawner import Spawner, parse_spawns
-from quadpips_drake.trials.trial_options import default_stages
+from quadpips_drake.trials.trial_options import default_stages, planner_wishes
+from quadpips_drake.trials.walk_statistics import FootholdBook
 from quadpips_drake.trials.watching.notes import NoteTaker
 from quadpips_drake.trials.watching.sight import Sight
 from quadpips_drake.trials.watching.tracking_row import tracking_row
@@ -57,6 +59,11 @@ class TrialConfig(SimulationConfig):
         }
 
     @staticmethod
+    def wishes(planner: str | None) -> ConfigLayer:
+        """What the planner (None: the default one) wants otherwise than the defaults in code, keys as below ``stages``."""
+        return planner_wishes(planner or TrialConfig.planner)
+
+    @staticmethod
     def stages_type(
         planner: str = "quadpips", region_source: str = "superpixels", state_estimator: str = "oracle"
     ) -> type[QuadpipsConfig]:
@@ -68,8 +75,10 @@ class TrialConfig(SimulationConfig):
         planners.get(self.planner)
         parse_spawns(self.spawn, self.duration)
         if self.stages is None:
-            stages = self.stages_type(self.planner)
-            self.stages = default_stages(stages, self.robot, self.latency, self.latency_scale, self.terrain)
+            wishes = self.wishes(self.planner)
+            regions = wishes.data.get("region_source", QuadpipsConfig.region_source)
+            stages = self.stages_type(self.planner, regions)
+            self.stages = default_stages(stages, self.robot, self.latency, self.latency_scale, self.terrain, wishes)
 
 
 class Trial(SimulatedTrial):
@@ -109,6 +118,7 @@ class Trial(SimulatedTrial):
         super().__init__(config, terrain, diagram, timings, TrialJudge(terrain, config.judge))
         self._spawner = Spawner(spawns, diagram, terrain)
         self._notes, self._sight = NoteTaker(self.log), Sight(diagram.regions)
+        self._rolling = FootholdBook()
         self.use_threads(config.threads)
 
     @property
@@ -140,6 +150,8 @@ class Trial(SimulatedTrial):
             **self._sight.row(self.diagram, self.context),
         )
         self._notes.look(observation, status, self._foothold_plan())
+        if observation.reference.rolling:
+            self._rolling.note(observation.reference, state.stamp)
         self._spawner.watch(self.context, state.stamp)
         initial = np.linalg.norm(self.start[:2] - np.asarray(self.terrain.goal))
         self.note_progress(state.stamp, 1.0 - self.judge.distance_to_goal(state) / max(initial, 1e-9))
@@ -163,13 +175,8 @@ class Trial(SimulatedTrial):
     def result(self, **more) -> TrialResult:
         """Returns what is known so far."""
         observation, status = observe(self.diagram, self.context), read(self.diagram, "status", self.context)
-        arrays = self.log.arrays()
         if len(self.log):
-            samples = arrays["time"], arrays["foot_positions"], arrays["contacts"]
-            ends = ends_in_force(self.log.references, arrays)
-            more["footholds"] = foothold_statistics(self.log.references, *samples, until=ends)
-            later = self._spawner.appeared()
-            more["clearance"] = swing_statistics(self.log.references, arrays, self.robot, self.terrain, later)
+            more |= self._step_statistics(observation.robot_state.stamp)
         return super().result(
             planner=self.config.planner,
             distance_to_goal=round(self.judge.distance_to_goal(observation.robot_state), 4),
@@ -179,6 +186,20 @@ class Trial(SimulatedTrial):
             fallbacks={**status.fallbacks, **observation.fallbacks},
             **more,
         )
+
+    def _step_statistics(self, now: float) -> dict:
+        """What there is to say about footholds and swings; of a rolling reference, about the footholds alone."""
+        if self._rolling:
+            self.log.references = [self._rolling.reference(now)]
+        arrays = self.log.arrays()
+        samples = arrays["time"], arrays["foot_positions"], arrays["contacts"]
+        if self._rolling:
+            return {"footholds": foothold_statistics(self.log.references, *samples)}
+        ends = ends_in_force(self.log.references, arrays)
+        return {
+            "footholds": foothold_statistics(self.log.references, *samples, until=ends),
+            "clearance": swing_statistics(self.log.references, arrays, self.robot, self.terrain, self._spawner.appeared()),
+        }
 
 
 def run_trial(config: TrialConfig, out: Path, *, recording: bool = True, **options) -> TrialResult:

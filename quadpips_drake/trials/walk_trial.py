@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from quadpips_drake.configuration.layers import ConfigLayer
 from quadpips_drake.configuration.schema import MAX_DURATION, configuration, ranged
 from quadpips_drake.control.references.velocity_reference import VelocityWalk
 from quadpips_drake.control.references.walk_command import WalkCommand, check_commands
@@ -51,6 +52,11 @@ class WalkTrialConfig(SimulationConfig):
     def choices() -> dict[str, tuple]:
         """A walk has the same sections always."""
         return {}
+
+    @staticmethod
+    def wishes(planner: str | None) -> ConfigLayer:
+        """A walk has no planner."""
+        return ConfigLayer("no planner", {})
 
     @staticmethod
     def stages_type() -> type[WalkConfig]:
@@ -110,7 +116,6 @@ class WalkTrial(SimulatedTrial):
             panel=panel,
         )
         super().__init__(config, terrain, diagram, timings, TrialJudge(terrain, config.judge, has_goal=False))
-        self.log.keep_references = False
         self._footholds, self._notes = FootholdBook(), NoteTaker(self.log)
         if panel:
             self.simulator.set_target_realtime_rate(1.0)

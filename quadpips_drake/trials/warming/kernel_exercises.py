@@ -79,6 +79,16 @@ def planning() -> None:
     path = search_torso_path(state.p_WB, 0.0, regions, np.array([0.6, 0.0]), robot, TorsoConfig())
     search_footholds(state, regions, path, robot, FootholdConfig())
     search_torso_path(state.p_WB, 0.0, regions, np.array([9.0, 0.0]), robot, TorsoConfig())  # by way of a sub-goal
+    _walk_by_heuristics(robot, state, regions)
+
+
+def _walk_by_heuristics(robot, state, regions) -> None:
+    """One reference of a planner without a search."""
+    from quadpips_drake.baselines.perceptive_walk import PerceptiveMemory, PerceptiveWalk
+    from quadpips_drake.gaits.gaits import load_gait
+
+    memory, command = PerceptiveMemory.empty(), np.array([0.2, 0.0, 0.0])
+    PerceptiveWalk(robot).update(memory, state, command, load_gait("trot"), regions)
 
 
 def whole_body_control() -> None:
