@@ -18,6 +18,8 @@ class PlannerSetup:
     """Of the entry's configuration type; None if it has none."""
     seed: int = 0
     timings: StageTimings = field(default_factory=StageTimings)
+    site: str = ""
+    """Fingerprint of the terrain: whether what a planner remembers of places is about this one."""
 
 
 planners = Registry("planner", "quadpips_drake.planners")
@@ -35,7 +37,7 @@ label, not only of ground to step on. Nothing behind a planner knows which one i
 
 
 def _quadpips(setup: PlannerSetup) -> PlanningModule:
-    return PlanningModule(setup.robot, setup.config, timings=setup.timings)
+    return PlanningModule(setup.robot, setup.config, timings=setup.timings, site=setup.site)
 
 
 planners.add(

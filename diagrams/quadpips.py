@@ -196,7 +196,7 @@ class QuadpipsDiagram(Diagram):
 
     def _add_planner(self, builder: DiagramBuilder, name: str, sources: dict):
         """Adds the planner."""
-        setup = PlannerSetup(self.robot, self._settings(planners, name), self._seed, self._timings)
+        setup = PlannerSetup(self.robot, self._settings(planners, name), self._seed, self._timings, self.terrain.fingerprint)
         system = builder.AddSystem(planners.get(name).factory(setup))
         connect_by_name(builder, system, sources)
         return system
