@@ -226,6 +226,7 @@ class QuadpipsDiagram(Diagram):
             timings=self._timings,
             tracking=config.tracking,
             truth=self.terrain if exact else None,
+            site=self.terrain.fingerprint,
         )
         system = builder.AddSystem(planners.get(name).factory(setup))
         connect_by_name(builder, system, sources)

@@ -19,7 +19,7 @@ class SearchEffort:
     expansions: int
     """Factor on their bound."""
     labels: float
-    """Factor on what labels cost: before ground that cannot be avoided a search only shuffles about."""
+    """Factor on what labels and experience cost: before ground that cannot be avoided a search only shuffles about."""
 
 
 LEVELS = (
@@ -29,6 +29,11 @@ LEVELS = (
     SearchEffort(careful=True, wide=True, expansions=8, labels=0.001),
 )
 """By level; further failures are like the last, but the torso search leads elsewhere each time."""
+
+
+def effort_at(level: int) -> SearchEffort:
+    """What is different at a ``level`` of escalation."""
+    return LEVELS[min(max(level, 0), len(LEVELS) - 1)]
 
 
 _CAREFUL_STEPS, _CAREFUL_RADIUS = 1.5, 0.6
@@ -46,8 +51,7 @@ def careful(config: FootholdConfig) -> FootholdConfig:
 
 def escalated(config: FootholdConfig, level: int) -> FootholdConfig:
     """Returns the settings for a ``level`` of escalation; those of level 0 are ``config`` itself."""
-    step = LEVELS[min(max(level, 0), len(LEVELS) - 1)]
-    changes = {}
+    step, changes = effort_at(level), {}
     if step.careful:
         config = careful(config)
     if step.wide:

@@ -12,7 +12,8 @@ from quadpips_drake.compiling import work_clock
 from quadpips_drake.gaits.swing_gaits import SwingGait, swing_gait
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.appeared_ground import SWING_ROOM, lead_over, outlines
-from quadpips_drake.planning.footholds.escalation import careful, escalated
+from quadpips_drake.planning.experience.edge_experience import EdgeExperience
+from quadpips_drake.planning.footholds.escalation import careful, effort_at, escalated
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_labels import FootholdLabels, cost_beyond_unseen
 from quadpips_drake.planning.footholds.foothold_problem import FootholdProblem, pose_problem
@@ -55,7 +56,9 @@ class _Search:
         deadline: float,
         refused: RefusedSwings,
         clears: Callable,
+        experience: EdgeExperience | None = None,
     ):
+        self._experience = experience
         self._swings = LazySwings(clears, gait.swing_duration)
         self._phases = [np.array(phase, dtype=np.int64) for phase in gait.phases]
         self._standing = [[leg for leg in range(4) if leg not in phase] for phase in gait.phases]
@@ -132,13 +135,16 @@ class _Search:
         result.refused += refused
         result.combinations += len(costs) + int(refused.sum())
         following = (node.phase + 1) % len(self._phases)
+        bad_ground = node.bad_ground + cost_beyond_unseen(by_labels, self._labels.weight)
+        if self._experience is not None:
+            known = self._experience.costs(legs, node.feet, feet)
+            costs, bad_ground = costs + known, bad_ground + known
         promise = costs + self._config.heuristic_inflation * self._rate * ways
         if self._refused.swings:
             promise[are_refused(self._refused.swings, self.swing_legs(node), node.feet, feet)] = np.inf
         if self._things:
             promise[lead_over(self._things, self.swing_legs(node), node.feet, feet)] = np.inf
         order = np.argsort(promise, kind="stable")
-        bad_ground = node.bad_ground + cost_beyond_unseen(by_labels, self._labels.weight)
         parts = feet, normals, regions, p_WB, rpy, node.cost + costs, ways, bad_ground
         self._children[index] = self._as_nodes(following, parts, order[np.isfinite(promise[order])], index)
         self._push_children(index, self._config.max_children)
@@ -307,7 +313,8 @@ def _attempt(
     gait, model, table = swing_gait(config.gait), make_transition_model(robot, config), make_region_table(problem.usable)
     attempts = []
     for count in prefix_lengths(len(path), config.waypoint_retries):
-        search = _Search(gait, config, model, table, problem.labels, path[:count], deadline, refused, clears)
+        test = refused, clears, problem.experience
+        search = _Search(gait, config, model, table, problem.labels, path[:count], deadline, *test)
         result = search.run(problem.feet, problem.normals, problem.regions)
         result.complete &= count == len(path)
         attempts.append((search, result))
@@ -343,6 +350,7 @@ def search_footholds(
     refused: RefusedSwings | None = None,
     clears: Callable = lambda duration, start, end: True,
     labels: LabelImage | None = None,
+    experience: EdgeExperience | None = None,
 ) -> FootholdPlan:
     """Finds the swings that lead from where the robot stands towards the local waypoint on the torso path.
 
@@ -360,6 +368,7 @@ def search_footholds(
             point [m] and an upward normal in W, (3,) and (3,). See ``trajectory/swing/swing_clearance.py``.
         labels: the newest image, by which footholds cost more if ``config.steppability`` is "penalty"; without one the
             labels of the regions take its place.
+        experience: what transitions cost by it; None: nothing.
 
     Returns:
         A FootholdPlan; without stances and with a reason when there is none.
@@ -368,7 +377,9 @@ def search_footholds(
     if not torso_path.success:
         reason = torso_path.reason or "there is no torso path"
         return FootholdPlan(state.stamp, torso_path.request_id, reason=reason, complete=False)
-    problem = pose_problem(state, regions, robot, config, labels)
+    if experience is not None:
+        experience = experience.weighed(effort_at(torso_path.level).labels)
+    problem = pose_problem(state, regions, robot, config, labels, experience)
     refused = refused or RefusedSwings.empty()
     attempt = _attempt(problem, state, torso_path, robot, config, started + config.time_limit, refused, clears)
     need, expansions = _need_of_care(attempt, config), attempt.expansions

@@ -38,6 +38,7 @@ def found_plan(
         elapsed=work_clock() - started,
         complete=result.complete,
         time_limit_hit=attempt.time_limit_hit,
+        cost=chain[-1].cost if chain else 0.0,
         considered=result.combinations,
         refusals={why: int(count) for why, count in zip(REJECTIONS, result.refused, strict=True) if count},
     )

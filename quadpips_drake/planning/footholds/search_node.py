@@ -28,7 +28,7 @@ class SearchNode:
     family: tuple
     """Identity of the family; see ``_Search._families``."""
     bad_ground: float = 0.0
-    """Part of the cost that is due to labels worse than unseen, on the way here [m]."""
+    """Part of the cost that is due to labels worse than unseen and to experience, on the way here [m]."""
 
 
 @dataclass
