@@ -9,15 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.compiling import work_clock
-from quadpips_drake.gaits.swing_gaits import SwingGait, swing_gait
+from quadpips_drake.gaits.swing_gaits import SwingGait
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.appeared_ground import SWING_ROOM, lead_over, outlines
-from quadpips_drake.planning.footholds.escalation import careful, escalated
+from quadpips_drake.planning.footholds.escalation import careful, escalated, freely
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_labels import FootholdLabels, cost_beyond_unseen
 from quadpips_drake.planning.footholds.foothold_problem import FootholdProblem, pose_problem
 from quadpips_drake.planning.footholds.found_plan import found_plan
-from quadpips_drake.planning.footholds.gait_choice import need_of_care
+from quadpips_drake.planning.footholds.gait_choice import gait_to_search, need_of_care
 from quadpips_drake.planning.footholds.lazy_swings import LazySwings
 from quadpips_drake.planning.footholds.local_path import local_path, prefix_lengths
 from quadpips_drake.planning.footholds.refused_swings import are_refused
@@ -58,7 +58,7 @@ class _Search:
     ):
         self._swings = LazySwings(clears, gait.swing_duration)
         self._phases = [np.array(phase, dtype=np.int64) for phase in gait.phases]
-        self._standing = [[leg for leg in range(4) if leg not in phase] for phase in gait.phases]
+        self._standing = [[leg for leg in range(4) if config.any_order or leg not in phase] for phase in gait.phases]
         self._config = config
         self._model = model
         self._table, self._labels = table, labels
@@ -80,7 +80,7 @@ class _Search:
         """Searches from the start stance; the result's node is the end of the plan, or -1."""
         p_WB, rpy_WB = base_pose_above(feet, self._model.base_height, self._model.max_tilt)
         to_go = self._way_to_go(p_WB, rpy_WB)
-        for phase in range(len(self._phases) if self._config.any_first_phase else 1):
+        for phase in range(1 if self._config.any_order or not self._config.any_first_phase else len(self._phases)):
             (family,) = self._families(phase, feet[None], regions[None])
             self._push(SearchNode(phase, feet, normals, regions, p_WB, rpy_WB, 0.0, to_go, -1, 0, family))
         result, nearest, last_gain = SearchResult(), np.inf, 0
@@ -119,45 +119,51 @@ class _Search:
         return chain[::-1]
 
     def swing_legs(self, node: SearchNode) -> tuple[Leg, ...]:
-        """Returns the legs that swing from ``node`` on."""
-        return tuple(Leg(int(leg)) for leg in self._phases[node.phase])
+        """Returns the legs whose swing led to ``node``."""
+        return tuple(Leg(int(leg)) for leg in self._phases[node.swung])
 
     def _expand(self, index: int, node: SearchNode, result: SearchResult):
         """Adds the permitted stances after one swing, the most promising ones."""
-        legs = self._phases[node.phase]
+        phases = range(len(self._phases)) if self._config.any_order else (node.phase,)
+        ways_on = (self._swings_of(phase, node, result) for phase in phases)
+        *parts, promise, swung = (np.concatenate(part) for part in zip(*ways_on, strict=True))
+        order = np.argsort(promise, kind="stable")
+        self._children[index] = self._as_nodes(parts, swung, order[np.isfinite(promise[order])], index)
+        self._push_children(index, self._config.max_children)
+
+    def _swings_of(self, phase: int, node: SearchNode, result: SearchResult) -> tuple:
+        """The permitted stances after a swing of the legs of one phase, what they promise, inf: nothing, and the phase."""
+        legs = self._phases[phase]
         feet, normals, regions, p_WB, rpy, costs, ways, by_labels, refused = expand(
             node.feet, node.normals, node.regions, legs, node.p_WB, node.rpy_WB,
             self._path, self._remaining, self._table, self._model, self._labels,
         )  # fmt: skip
         result.refused += refused
         result.combinations += len(costs) + int(refused.sum())
-        following = (node.phase + 1) % len(self._phases)
         promise = costs + self._config.heuristic_inflation * self._rate * ways
         if self._refused.swings:
-            promise[are_refused(self._refused.swings, self.swing_legs(node), node.feet, feet)] = np.inf
+            promise[are_refused(self._refused.swings, legs, node.feet, feet)] = np.inf
         if self._things:
-            promise[lead_over(self._things, self.swing_legs(node), node.feet, feet)] = np.inf
-        order = np.argsort(promise, kind="stable")
+            promise[lead_over(self._things, legs, node.feet, feet)] = np.inf
         bad_ground = node.bad_ground + cost_beyond_unseen(by_labels, self._labels.weight)
-        parts = feet, normals, regions, p_WB, rpy, node.cost + costs, ways, bad_ground
-        self._children[index] = self._as_nodes(following, parts, order[np.isfinite(promise[order])], index)
-        self._push_children(index, self._config.max_children)
+        return feet, normals, regions, p_WB, rpy, node.cost + costs, ways, bad_ground, promise, np.full(len(costs), phase)
 
-    def _as_nodes(self, phase: int, parts: tuple, order: np.ndarray, parent: int):
+    def _as_nodes(self, parts: list, swung: np.ndarray, order: np.ndarray, parent: int):
         """The children of ``parent`` in this order; made as they are asked for."""
         *stances, costs, ways, bad = parts
-        depth = self.nodes[parent].depth + 1
+        before = self.nodes[parent]
+        phase = 0 if self._config.any_order else (before.phase + 1) % len(self._phases)
         for some in np.split(order, range(self._config.max_children, len(order), self._config.max_children)):
             families = self._families(phase, stances[0][some], stances[2][some])
             for k, family in zip(some.tolist(), families, strict=True):
                 stance = (part[k] for part in stances)
-                yield SearchNode(phase, *stance, float(costs[k]), float(ways[k]), parent, depth, family, float(bad[k]))
+                way = float(costs[k]), float(ways[k]), parent, before.depth + 1, family, float(bad[k]), int(swung[k])
+                yield SearchNode(phase, *stance, *way)
 
     def _push_children(self, index: int, count: int):
         """Queues the next best children of a node, but for those that are known to be out of reach."""
-        before = self.nodes[index]
-        legs = self._phases[before.phase]
-        possible = (child for child in self._children[index] if self._swings.may_clear(legs, before, child))
+        before, legs = self.nodes[index], self._phases
+        possible = (child for child in self._children[index] if self._swings.may_clear(legs[child.swung], before, child))
         for child in itertools.islice(possible, count):
             self._push(child)
 
@@ -184,12 +190,10 @@ class _Search:
         One that cannot be reached makes room for the next best child of its parent, and for the dearer ways to its family.
         """
         node = self.nodes[index]
-        if node.parent < 0 or self._is_clear.get(index, False):
-            return True
-        if index in self._is_clear:
-            return False
+        if node.parent < 0 or index in self._is_clear:
+            return self._is_clear.get(index, True)
         before = self.nodes[node.parent]
-        clear = self._is_clear[index] = self._swings.clear(self._phases[before.phase], before, node)
+        clear = self._is_clear[index] = self._swings.clear(self._phases[node.swung], before, node)
         if not clear:
             result.refused[BLOCKED] += 1
             self._push_children(node.parent, 1)
@@ -283,6 +287,7 @@ class _Search:
 class _Attempt:
     """What the searches with one gait led to."""
 
+    config: FootholdConfig
     gait: SwingGait
     waypoint: np.ndarray
     search: _Search
@@ -304,7 +309,7 @@ def _attempt(
 ) -> _Attempt:
     """Searches for waypoints ever nearer along the torso path until one is reached."""
     path, waypoint = local_path(state, torso_path, config.local_radius)
-    gait, model, table = swing_gait(config.gait), make_transition_model(robot, config), make_region_table(problem.usable)
+    gait, model, table = gait_to_search(config), make_transition_model(robot, config), make_region_table(problem.usable)
     attempts = []
     for count in prefix_lengths(len(path), config.waypoint_retries):
         search = _Search(gait, config, model, table, problem.labels, path[:count], deadline, refused, clears)
@@ -314,7 +319,7 @@ def _attempt(
         if not result.reason:
             break
     expansions, late = (sum(getattr(r, key) for _, r in attempts) for key in ("expansions", "time_limit_hit"))
-    return _Attempt(gait, waypoint, *max(attempts, key=lambda attempt: _worth(*attempt)), expansions, bool(late))
+    return _Attempt(config, gait, waypoint, *max(attempts, key=lambda attempt: _worth(*attempt)), expansions, bool(late))
 
 
 def _worth(search: _Search, result: SearchResult) -> float:
@@ -325,8 +330,16 @@ def _worth(search: _Search, result: SearchResult) -> float:
     return search.progress(node) - node.bad_ground + (0.0 if result.reason else _WORTH_OF_ARRIVAL)
 
 
-def _need_of_care(attempt: _Attempt, config: FootholdConfig) -> str:
+def _is_short(attempt: _Attempt) -> bool:
+    """Whether the swings should rather come in any order, because the gait leads nowhere."""
+    config, result = attempt.config, attempt.result
+    asked = bool(result.reason) and config.free_below > 0.0 and not config.any_order
+    return asked and (result.node < 0 or attempt.search.progress(attempt.search.nodes[result.node]) < config.free_below)
+
+
+def _need_of_care(attempt: _Attempt) -> str:
     """Why the plan found should rather be made of single swings; empty when it need not."""
+    config = attempt.config
     if config.gait == config.careful_gait:
         return ""
     chain = attempt.search.stances(attempt.result.node)
@@ -370,11 +383,16 @@ def search_footholds(
         return FootholdPlan(state.stamp, torso_path.request_id, reason=reason, complete=False)
     problem = pose_problem(state, regions, robot, config, labels)
     refused = refused or RefusedSwings.empty()
-    attempt = _attempt(problem, state, torso_path, robot, config, started + config.time_limit, refused, clears)
-    need, expansions = _need_of_care(attempt, config), attempt.expansions
+    asked, how = (problem, state, torso_path, robot), (started + config.time_limit, refused, clears)
+    attempt = _attempt(*asked, config, *how)
+    expansions = attempt.expansions
+    if _is_short(attempt):
+        free = _attempt(*asked, freely(config), *how)
+        expansions += free.expansions
+        attempt = max(attempt, free, key=lambda each: _worth(each.search, each.result))
+    need = _need_of_care(attempt)
     if need:
-        deadline = started + config.time_limit
-        carefully = _attempt(problem, state, torso_path, robot, careful(config), deadline, refused, clears)
+        carefully = _attempt(*asked, careful(attempt.config), *how)
         expansions += carefully.expansions
         attempt = carefully if carefully.result.node >= 0 else attempt
     return found_plan(attempt, need, expansions, problem, state, torso_path, config, started)

@@ -29,6 +29,8 @@ class SearchNode:
     """Identity of the family; see ``_Search._families``."""
     bad_ground: float = 0.0
     """Part of the cost that is due to labels worse than unseen, on the way here [m]."""
+    swung: int = -1
+    """Phase whose legs swung to come here, -1 at the start."""
 
 
 @dataclass

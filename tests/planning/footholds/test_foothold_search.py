@@ -130,6 +130,15 @@ def test_gait_phases_follow_each_other():
     assert plan.swing_legs[0] == (Leg.RF, Leg.LH)
 
 
+@pytest.mark.parametrize("name", WORLDS)
+def test_in_any_order_pairs_and_single_legs_swing(name):
+    config = FootholdConfig(any_order=True)
+    plan = plan_once(*WORLDS[name], config)
+    assert plan.success, plan.reason
+    assert set(plan.swing_legs) <= {*swing_gait("standing_trot").phases, *swing_gait("standing_walk").phases}
+    assert_valid(plan, config)
+
+
 def test_ends_in_a_stance_near_the_nominal_one():
     for name in ("flat", "stairs", "stepping_stones"):
         last = plan_once(*WORLDS[name]).stances[-1]
