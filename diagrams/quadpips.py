@@ -28,7 +28,7 @@ from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.images import AffordanceImage, LabelImage
 from quadpips_drake.values.plans import PlanSketch
 from quadpips_drake.values.reference import WholeBodyReference
-from quadpips_drake.values.regions import GroundHeights, RegionSet
+from quadpips_drake.values.regions import GroundHeights, RegionSet, SignedDistance
 from quadpips_drake.values.status import PlannerStatus
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND
@@ -150,10 +150,7 @@ class QuadpipsDiagram(Diagram):
         sources |= {port: output_of(self.regions, port, _NOT_ALWAYS[port]) for port in there}
         self.planning = self._add_planner(builder, planner, sources)
         reference = output_of(self.planning, "reference", WholeBodyReference)
-        builder.Connect(estimate, self.tracking.GetInputPort("robot_state"))
-        builder.Connect(reference, self.tracking.GetInputPort("reference"))
-        for port in ("feedforward_torque", "desired_joint_state"):
-            builder.Connect(self.tracking.GetOutputPort(port), self.station.GetInputPort(port))
+        self._connect_tracking(builder, estimate, reference)
         if meshcat is not None:
             self._add_visualizers(builder, meshcat)
         self._export(builder, truth, estimate)
@@ -163,6 +160,22 @@ class QuadpipsDiagram(Diagram):
     def set_initial_state(self, root_context, start) -> None:
         """Stands the robot on the terrain at ``start`` (x, y [m], yaw [rad]); raises UserInputError where it cannot."""
         self.station.set_initial_state(root_context, *start)
+
+    def _connect_tracking(self, builder: DiagramBuilder, estimate, reference) -> None:
+        """Feeds tracking, and the station's motors from it."""
+        builder.Connect(estimate, self.tracking.GetInputPort("robot_state"))
+        builder.Connect(reference, self.tracking.GetInputPort("reference"))
+        for port in ("feedforward_torque", "desired_joint_state"):
+            builder.Connect(self.tracking.GetOutputPort(port), self.station.GetInputPort(port))
+        if not self._config.tracking.mpc.ocp.sdf_clearance.enabled:
+            return
+        if not self.regions.HasOutputPort("signed_distance"):
+            raise UserInputError(
+                "stages.tracking.mpc.ocp.sdf_clearance needs a region source that knows the distance from the ground: "
+                f"elevation, not {self._config.region_source}"
+            )
+        distance = output_of(self.regions, "signed_distance", SignedDistance)
+        builder.Connect(distance, self.tracking.GetInputPort("signed_distance"))
 
     def _export(self, builder: DiagramBuilder, truth, estimate) -> None:
         builder.ExportOutput(truth, "true_robot_state")
@@ -192,6 +205,7 @@ class QuadpipsDiagram(Diagram):
             timings=self._timings,
             every_label=getattr(self._settings(planners, planner), "every_label", False),
             images=self._config.perception,
+            with_distance=self._config.tracking.mpc.ocp.sdf_clearance.enabled,
         )
         system = builder.AddSystem(region_sources.get(name).factory(setup))
         connect_by_name(builder, system, sources)

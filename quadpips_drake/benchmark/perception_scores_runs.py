@@ -38,7 +38,7 @@ _TICKS_PER_FRAME = 3
 """Of a trial's log, when onlookers are to see each image at its time."""
 
 
-class Onlooker:
+class ShownSource:
     """A region source that is shown images beside everything else, and what it made of them."""
 
     def __init__(self, name: str, config: TrialConfig, station: SimulationStation, terrain):
@@ -101,7 +101,7 @@ def score_walk(
         config = replace(config, log_rate=_TICKS_PER_FRAME / FRAME_PERIOD)
     trial = Trial(config)
     scorers = {name: _scorer(config, trial.terrain) for name in (first, *others)}
-    onlookers = [Onlooker(name, config, trial.diagram.station, trial.terrain) for name in others]
+    onlookers = [ShownSource(name, config, trial.diagram.station, trial.terrain) for name in others]
     ticks = [0]
 
     def look(trial: Trial):
@@ -149,7 +149,7 @@ def score_camera_path(
         config.terrain, config.seed, config.start or None, config.goal or None, difficulty=config.difficulty
     )
     station = SimulationStation(load_robot(config.robot), terrain, config.stages.station)
-    onlookers = [Onlooker(name, config, station, terrain) for name in sources or [config.stages.region_source]]
+    onlookers = [ShownSource(name, config, station, terrain) for name in sources or [config.stages.region_source]]
     scorers, time = {onlooker.name: _scorer(config, terrain) for onlooker in onlookers}, 0.0
     for moment in _camera_path(config, terrain, station, speed, onlookers):
         for onlooker in onlookers:
@@ -165,7 +165,7 @@ def score_camera_path(
     }
 
 
-def _merged(timings: StageTimings, onlookers: Sequence[Onlooker]) -> dict:
+def _merged(timings: StageTimings, onlookers: Sequence[ShownSource]) -> dict:
     """Computing times of a trial and of its onlookers."""
     merged = timings.summary_ms()
     for onlooker in onlookers:
@@ -178,7 +178,7 @@ def _scorer(config: TrialConfig, terrain) -> PerceptionScorer:
 
 
 def _camera_path(
-    config: TrialConfig, terrain, station: SimulationStation, speed: float, onlookers: Sequence[Onlooker]
+    config: TrialConfig, terrain, station: SimulationStation, speed: float, onlookers: Sequence[ShownSource]
 ) -> Iterator["_Moment"]:
     """Yields a moment every SAMPLE_PERIOD along the way from start to goal, when all ``onlookers`` have seen it."""
     context = station.CreateDefaultContext()

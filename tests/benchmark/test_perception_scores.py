@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.benchmark.perception_scores import Floor, PerceptionSample, PerceptionScorer
-from quadpips_drake.benchmark.perception_scores_runs import Onlooker, score_camera_path
+from quadpips_drake.benchmark.perception_scores_runs import ShownSource, score_camera_path
 from quadpips_drake.diagrams.simulation_station import SimulationStation
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.estimation.pose_drift import PoseDriftConfig, drift_state, drifted_world
@@ -82,7 +82,7 @@ def test_all_sources_are_scored_on_the_same_images():
     images = []
     for name in ("superpixels", "elevation"):
         station = SimulationStation(load_robot("anymal_c"), load_terrain("flat"), config.stages.station)
-        onlooker = Onlooker(name, config, station, load_terrain("flat"))
+        onlooker = ShownSource(name, config, station, load_terrain("flat"))
         context = station.CreateDefaultContext()
         onlooker.show(station, context, RobotState.empty())
         noise = onlooker.system.GetSubsystemByName("depth_noise")
