@@ -129,6 +129,10 @@ class SimulatedTrial:
         """Number in the station, time [s] and X_WE (16 numbers) of each element that has appeared."""
         return []
 
+    def further_files(self) -> dict[str, Callable]:
+        """What only this kind of trial writes: by the name of the file, a function of its path."""
+        return {}
+
     def prepare_world(self) -> None:
         """Called before each step; raises UserInputError for what makes no sense now."""
         self.diagram.station.bring_ground_near(self.context)

@@ -9,6 +9,7 @@ from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.diagrams.planners import planners
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram, stages_type
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.planning.experience.experience_file import save_library
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.placement import problem_with_goal
 from quadpips_drake.terrain.terrain import Terrain
@@ -139,7 +140,7 @@ class Trial(SimulatedTrial):
             **tracking_row(observation),
             **self._sight.row(self.diagram, self.context),
         )
-        self._notes.look(observation, status, self._foothold_plan())
+        self._notes.look(observation, status, self._of_the_planner("foothold_plan"))
         self._spawner.watch(self.context, state.stamp)
         initial = np.linalg.norm(self.start[:2] - np.asarray(self.terrain.goal))
         self.note_progress(state.stamp, 1.0 - self.judge.distance_to_goal(state) / max(initial, 1e-9))
@@ -149,12 +150,17 @@ class Trial(SimulatedTrial):
             verdict = Verdict("no_plan", status.reason)
         return verdict
 
-    def _foothold_plan(self):
-        """The FootholdPlan of the last request; None where the planner has no such port."""
+    def further_files(self) -> dict:
+        """The experience, where there is any."""
+        library = self._of_the_planner("experience")
+        return {} if library is None else {"experience.npz": lambda path: save_library(path, library)}
+
+    def _of_the_planner(self, port: str):
+        """What the planner has at an output port; None where it has no such port."""
         planner = self.diagram.planning
-        if not planner.HasOutputPort("foothold_plan"):
+        if not planner.HasOutputPort(port):
             return None
-        return read(planner, "foothold_plan", planner.GetMyContextFromRoot(self.context))
+        return read(planner, port, planner.GetMyContextFromRoot(self.context))
 
     def time_is_up(self) -> Verdict:
         """The goal has not been reached."""
