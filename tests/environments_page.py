@@ -31,6 +31,7 @@ ROBOTS = ("anymal_c", "go2")
 
 PAPER = "QuadPiPS (2026), section VIII"
 RELEASED = f"{PAPER}, and its released world"
+GAPS = "arXiv 2307.12292: widths of the gaps, heights of the steps and their order as published, all else chosen"
 SOURCES = {
     "balance_beam": f"{RELEASED}; the slabs end here, 4 m before and behind the beam",
     "boulders": "our own; spherical obstacles as in arXiv 2501.00112, which tells neither counts nor sizes nor poses",
@@ -38,6 +39,9 @@ SOURCES = {
     "down_ramp": "released with QuadPiPS, not in its benchmark; with a slope of 0.175 rad its `down_ramp_10`",
     "flat": "our own; `empty` of QuadPiPS is larger",
     "gap": "our own, for curves of success against the width of a trench",
+    "gaps_and_steps": f"{GAPS}, scenario III; the second step leads down again, which is chosen, too",
+    "gaps_staggered": f"{GAPS}, scenario II",
+    "gaps_symmetric": f"{GAPS}, scenario I",
     "go2_double_platform": f"{PAPER}-E (a to f of its Figure 17): heights as published; lengths and widths chosen",
     "irregular_stones": "our own, for the experiment of arXiv 2501.00112, section 4.1: irregularly posed regions and "
     "spherical obstacles, of which neither counts nor sizes nor poses are told",

@@ -51,7 +51,8 @@ def tried_swing(plan: FootholdPlan, number: int, outcome: SwingOutcome, cost: fl
     """Swing ``number`` of a plan, counted from 0, as something that was tried."""
     legs, before, after = plan.swing_legs[number], plan.stances[number], plan.stances[number + 1]
     phases = [set(phase) for phase in swing_gait(plan.gait).phases]
-    return TriedSwing(phases.index(set(legs)), tuple(legs), before.footholds, after.footholds, outcome, cost)
+    phase = phases.index(set(legs)) if set(legs) in phases else len(phases)  # swings in any order may be of another gait
+    return TriedSwing(phase, tuple(legs), before.footholds, after.footholds, outcome, cost)
 
 
 def _number_of(refused, plan: FootholdPlan) -> int:

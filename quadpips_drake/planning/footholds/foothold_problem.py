@@ -27,6 +27,8 @@ class FootholdProblem:
     """What footholds cost by their labels."""
     experience: EdgeExperience | None = None
     """What transitions cost by experience; None: nothing."""
+    hanging: tuple = ()
+    """Legs whose feet have no ground below them at the start."""
 
 
 def pose_problem(
@@ -49,4 +51,5 @@ def pose_problem(
         regions=np.array([position[id(attachment.region)] for attachment in attachments]),
         labels=foothold_labels(config, usable, image),
         experience=experience,
+        hanging=tuple(np.flatnonzero(~state.contacts).tolist()),
     )

@@ -102,6 +102,7 @@ def irregular_stones(*, seed: int = 0, spheres: float = 0.15, rows: int = 4) -> 
         platform("goal_platform", length, length + 3.0, width),
         pit_floor(-3.0, length + 3.0, width, -1.0),
     ]
+    spheres_on_them = []
     for row in range(rows):
         middle = rng.integers(2) + _COLUMNS // 2 - 1
         for column in range(_COLUMNS):
@@ -115,5 +116,6 @@ def irregular_stones(*, seed: int = 0, spheres: float = 0.15, rows: int = 4) -> 
             if row % 2 == 0 and (column == middle if beside else chosen):
                 radius = _SPHERE * size
                 center = X_WT @ pose((0.0, 0.0, _RAISED * radius))
-                elements.append(Sphere(name=f"sphere_{name}", radius=radius, X_WE=center, label=Steppability.NON_PASSABLE))
-    return Terrain("irregular_stones", (-0.9, 0, 0), (length + 0.8, 0), DEFAULT_FRICTION, tuple(elements))
+                sphere = Sphere(name=f"sphere_{name}", radius=radius, X_WE=center, label=Steppability.NON_PASSABLE)
+                spheres_on_them.append(sphere)
+    return Terrain("irregular_stones", (-0.9, 0, 0), (length + 0.8, 0), DEFAULT_FRICTION, (*elements, *spheres_on_them))
