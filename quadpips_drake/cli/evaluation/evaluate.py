@@ -5,6 +5,7 @@ import typer
 from quadpips_drake.cli.evaluation import (
     evaluate_growth,
     evaluate_latency,
+    evaluate_motion_models,
     evaluate_network,
     evaluate_perception,
     evaluate_tracking,
@@ -21,3 +22,4 @@ app.command("robustness", epilog=evaluate_tracking.EPILOG_ROBUSTNESS)(evaluate_t
 app.command("latency", epilog=evaluate_latency.EPILOG_LATENCY)(evaluate_latency.latency)
 app.command("latency-sweep", epilog=evaluate_latency.EPILOG_SWEEP)(evaluate_latency.latency_sweep)
 app.command("growth", epilog=evaluate_growth.EPILOG)(evaluate_growth.growth)
+app.command("motion-models", epilog=evaluate_motion_models.EPILOG)(evaluate_motion_models.motion_models)
