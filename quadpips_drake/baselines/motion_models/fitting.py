@@ -73,9 +73,7 @@ def _check_variety(x: np.ndarray, used: np.ndarray) -> None:
     spread = x[:, columns].std(axis=0)
     still = [INPUT_NAMES[column] for column, value in zip(columns, spread, strict=True) if value < LEAST_SPREAD]
     if still:
-        raise UserInputError(
-            f"the data tell nothing of what never varied in them: {', '.join(still)}; collect other commands"
-        )
+        raise UserInputError(f"in the data these never varied: {', '.join(still)}; collect other commands")
     _, values, directions = np.linalg.svd((x[:, columns] - x[:, columns].mean(axis=0)) / spread, full_matrices=False)
     if values[-1] < _LEAST_RATIO * values[0]:
         bound = [INPUT_NAMES[columns[i]] for i in np.flatnonzero(np.abs(directions[-1]) > 0.1)]
