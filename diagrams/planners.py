@@ -43,7 +43,8 @@ Its inputs are fed by name: ``robot_state`` (RobotState, the estimate), ``region
 (GroundHeights; not from every region source), ``label_image`` (LabelImage; likewise), ``safety_status``
 (SafetyStatus: while it is unstable, tracking drops the reference), ``goal`` (vector x, y in W [m]) and any of the station's
 outputs (``depth_image``, ``imu``, ...). A planner whose configuration has a true ``every_label`` gets regions of every
-label, not only of ground to step on. Nothing behind a planner knows which one it is."""
+label, not only of ground to step on. What an entry wishes for is laid over the defaults of all other stages. Nothing
+behind a planner knows which one it is."""
 
 
 def _quadpips(setup: PlannerSetup) -> PlanningModule:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-import shapely
+import shapely.ops
 
 from quadpips_drake.baselines.region_projection import (
     bases_over_regions,
