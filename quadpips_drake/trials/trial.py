@@ -14,14 +14,18 @@ from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.placement import problem_with_goal
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trials.foothold_statistics import ends_in_force, foothold_statistics, swing_statistics
+from quadpips_drake.trials.foothold_statistics import (
+    ends_in_force,
+    foothold_statistics,
+    swing_statistics,
+    touch_down_statistics,
+)
 from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, problem_with_trial_start
 from quadpips_drake.trials.spawning.spawner import Spawner, parse_spawns
-from quadpips_drake.trials.touch_downs import touch_down_statistics
 from quadpips_drake.trials.trial_options import default_stages, planner_wishes
 from quadpips_drake.trials.walk_statistics import FootholdBook
 from quadpips_drake.trials.watching.notes import NoteTaker
