@@ -26,6 +26,8 @@ class PlannerSetup:
     """TrackingConfig of what follows the reference."""
     truth: Terrain | None = None
     """The true world, where regions are exact, too; for oracles. None: what there is to know comes from sensors."""
+    site: str = ""
+    """Fingerprint of the terrain: whether what a planner remembers of places is about this one."""
 
 
 planners = Registry("planner", "quadpips_drake.planners")
@@ -48,7 +50,7 @@ behind a planner knows which one it is."""
 
 
 def _quadpips(setup: PlannerSetup) -> PlanningModule:
-    return PlanningModule(setup.robot, setup.config, timings=setup.timings)
+    return PlanningModule(setup.robot, setup.config, timings=setup.timings, site=setup.site)
 
 
 planners.add(
@@ -83,7 +85,7 @@ planners.add(
     HeuristicConfig,
     section="heuristic",
     summary="rival: the same on regions of an elevation map, swings clear its heights",
-    wishes=_rival_wishes(clear_ground=True),
+    wishes=_rival_wishes(clear_ground=True) | {"region_source": "elevation"},
 )
 
 

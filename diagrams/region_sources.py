@@ -3,9 +3,11 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from quadpips_drake.diagrams.elevation_module import ElevationModule
 from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.framework.registry import Registry
 from quadpips_drake.perception.config import PerceptionConfig
+from quadpips_drake.perception.elevation.elevation_config import ElevationConfig
 from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig
 from quadpips_drake.perception.regions.oracle_regions_system import OracleRegions
 from quadpips_drake.robots.robot_model import RobotModel
@@ -34,6 +36,8 @@ class RegionSourceSetup:
     timings: StageTimings = field(default_factory=StageTimings)
     every_label: bool = False
     """Whether the planner weighs labels itself and wants regions of every label, not only of ground to step on."""
+    images: PerceptionConfig = field(default_factory=PerceptionConfig)
+    """Whose depth noise and self-filter all sources by camera let their images go through."""
 
 
 region_sources = Registry("region source", "quadpips_drake.region_sources")
@@ -57,6 +61,19 @@ def _superpixels(setup: RegionSourceSetup) -> PerceptionModule:
     )
 
 
+def _elevation(setup: RegionSourceSetup) -> ElevationModule:
+    return ElevationModule(
+        setup.robot,
+        setup.intrinsics,
+        setup.config,
+        setup.timings,
+        images=setup.images,
+        camera=setup.camera,
+        further_cameras=setup.further_cameras,
+        seed=setup.seed,
+    )
+
+
 def _oracle(setup: RegionSourceSetup) -> OracleRegions:
     robot, every = setup.robot, setup.every_label
     return OracleRegions(setup.terrain, robot.foot_radius, setup.config, every_label=every, timings=setup.timings)
@@ -64,6 +81,9 @@ def _oracle(setup: RegionSourceSetup) -> OracleRegions:
 
 region_sources.add(
     "superpixels", _superpixels, PerceptionConfig, section="perception", summary="by camera, QuadPiPS section V"
+)
+region_sources.add(
+    "elevation", _elevation, ElevationConfig, summary="by camera, from planes in an elevation map, as rivals have it"
 )
 region_sources.add(
     "oracle", _oracle, OracleRegionConfig, section="oracle_regions", summary="exact, from the terrain, for finding faults"
