@@ -42,7 +42,7 @@ class CommandSearchConfig:
     min_speed: float = ranged(0.0, -1.0, 2.0)
     """Slowest forward command [m/s] ..."""
     max_speed: float = ranged(1.0, 0.0, 2.0)
-    """... and fastest [m/s]."""
+    """... and fastest [m/s]; of learned models no faster than their data."""
     speed_step: float = ranged(0.1, 0.01, 1.0)
     """Distance of forward commands [m/s]."""
     sideways: float = ranged(0.0, 0.0, 0.5)
@@ -162,7 +162,7 @@ class CommandSearch:
         """
         self._models, self._config = models, config or CommandSearchConfig()
         self._acceleration, self._goal_tolerance = float(acceleration), goal_tolerance
-        self._actions = self._config.actions()
+        self._actions = _learned(self._config.actions(), models)
         steps, least = self._config.horizon, self._config.clearance
         self._clearances = [clearances(models, swing, steps, least, self._config.clearance_sigmas) for swing in (0, 1)]
 
@@ -252,6 +252,12 @@ class CommandSearch:
             max_expansions=c.max_expansions,
         )
         return node, walk, ground, rules
+
+
+def _learned(actions: np.ndarray, models: MotionModels) -> np.ndarray:
+    """Those of the ``actions`` that are no faster than what the models' data hold; the slowest ones at least."""
+    fastest = max(models.top_speed, actions[:, 0].min()) if models.top_speed > 0.0 else np.inf
+    return actions[actions[:, 0] <= fastest + 1e-9]
 
 
 def _node(start: StepState, heights: np.ndarray) -> np.ndarray:
