@@ -23,6 +23,7 @@ from quadpips_drake.framework.ports import DiagramBuilder, connect_by_name, outp
 from quadpips_drake.framework.registry import Entry
 from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.perception.config import PerceptionConfig, steppable_perception
+from quadpips_drake.perception.elevation.elevation_config import ElevationConfig
 from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.terrain import Element, Terrain
@@ -30,7 +31,7 @@ from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.images import AffordanceImage, LabelImage
 from quadpips_drake.values.plans import PlanSketch
 from quadpips_drake.values.reference import WholeBodyReference
-from quadpips_drake.values.regions import GroundHeights, RegionSet
+from quadpips_drake.values.regions import GroundHeights, RegionSet, SignedDistance
 from quadpips_drake.values.status import PlannerStatus
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer, PlanVisualizerConfig
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND
@@ -52,12 +53,13 @@ class QuadpipsConfig:
     drift: PoseDriftConfig = field(default_factory=PoseDriftConfig)
     """How the drifting state estimator moves away from the truth."""
     region_source: str = "superpixels"
-    """Where planar regions come from: superpixels (by camera), oracle (exact ones from the terrain, for finding faults), or
-    one of another package."""
+    """Where planar regions come from: superpixels (by camera), elevation (by camera, from an elevation map), oracle (exact
+    ones from the terrain, for finding faults), or one of another package."""
     perception: PerceptionConfig = field(default_factory=steppable_perception)
     oracle_regions: OracleRegionConfig = field(default_factory=OracleRegionConfig)
     planning: PlanningConfig = field(default_factory=PlanningConfig)
     tracking: TrackingConfig = field(default_factory=TrackingConfig)
+    elevation: ElevationConfig = field(default_factory=ElevationConfig)
 
     def __post_init__(self):
         region_sources.get(self.region_source)
@@ -155,7 +157,7 @@ class QuadpipsDiagram(Diagram):
         if pushes or live:
             self.pushes = add_pushes(builder, self.station, pushes)
         if meshcat is not None:
-            self._add_visualizers(builder, meshcat, PlanVisualizerConfig(keep_history=not live))
+            self._add_visualizers(builder, meshcat, estimate, PlanVisualizerConfig(keep_history=not live))
         self._export(builder, truth, estimate)
         builder.BuildInto(self)
         self.set_name("quadpips")
@@ -169,11 +171,21 @@ class QuadpipsDiagram(Diagram):
         self._goal.get_mutable_source_value(self._goal.GetMyMutableContextFromRoot(root_context)).SetFromVector(goal)
 
     def _connect_tracking(self, builder: DiagramBuilder, estimate) -> None:
+        """Feeds tracking, and the station's motors from it."""
         reference = output_of(self.planning, "reference", WholeBodyReference)
         builder.Connect(estimate, self.tracking.GetInputPort("robot_state"))
         builder.Connect(reference, self.tracking.GetInputPort("reference"))
         for port in ("feedforward_torque", "desired_joint_state"):
             builder.Connect(self.tracking.GetOutputPort(port), self.station.GetInputPort(port))
+        if not self._config.tracking.mpc.ocp.sdf_clearance.enabled:
+            return
+        if not self.regions.HasOutputPort("signed_distance"):
+            raise UserInputError(
+                "stages.tracking.mpc.ocp.sdf_clearance needs a region source that knows the distance from the ground: "
+                f"elevation, not {self._config.region_source}"
+            )
+        distance = output_of(self.regions, "signed_distance", SignedDistance)
+        builder.Connect(distance, self.tracking.GetInputPort("signed_distance"))
 
     def _export(self, builder: DiagramBuilder, truth, estimate) -> None:
         builder.ExportOutput(truth, "true_robot_state")
@@ -208,6 +220,8 @@ class QuadpipsDiagram(Diagram):
             seed=self._seed,
             timings=self._timings,
             every_label=getattr(self._settings(planners, planner), "every_label", False),
+            images=self._config.perception,
+            with_distance=self._config.tracking.mpc.ocp.sdf_clearance.enabled,
         )
         system = builder.AddSystem(region_sources.get(name).factory(setup))
         connect_by_name(builder, system, sources)
@@ -215,7 +229,16 @@ class QuadpipsDiagram(Diagram):
 
     def _add_planner(self, builder: DiagramBuilder, name: str, sources: dict):
         """Adds the planner."""
-        setup = PlannerSetup(self.robot, self._settings(planners, name), self._seed, self._timings)
+        config, exact = self._config, self._config.region_source == "oracle"
+        setup = PlannerSetup(
+            robot=self.robot,
+            config=self._settings(planners, name),
+            seed=self._seed,
+            timings=self._timings,
+            tracking=config.tracking,
+            truth=self.terrain if exact else None,
+            site=self.terrain.fingerprint,
+        )
         system = builder.AddSystem(planners.get(name).factory(setup))
         connect_by_name(builder, system, sources)
         return system
@@ -227,7 +250,7 @@ class QuadpipsDiagram(Diagram):
         nothing = builder.AddNamedSystem("no_plan_to_draw", ConstantValueSource(AbstractValue.Make(PlanSketch.empty())))
         return nothing.get_output_port()
 
-    def _add_visualizers(self, builder: DiagramBuilder, meshcat, config: PlanVisualizerConfig) -> None:
+    def _add_visualizers(self, builder: DiagramBuilder, meshcat, estimate, config: PlanVisualizerConfig) -> None:
         params = MeshcatVisualizerParams(publish_period=1.0 / FRAMES_PER_SECOND)
         MeshcatVisualizer.AddToBuilder(builder, self.station.GetOutputPort("query_object"), meshcat, params)
         plans = builder.AddSystem(PlanVisualizer(self.robot, meshcat, config))
@@ -238,6 +261,10 @@ class QuadpipsDiagram(Diagram):
         if self.regions.HasOutputPort("affordance_image"):
             image = output_of(self.regions, "affordance_image", AffordanceImage)
             builder.Connect(image, plans.GetInputPort("affordance_image"))
+        if hasattr(self.planning, "make_visualizer"):
+            own = builder.AddSystem(self.planning.make_visualizer(meshcat))
+            told = {name: self.planning.GetOutputPort(name) for name in output_names(self.planning)}
+            connect_by_name(builder, own, {**told, "robot_state": estimate})
 
 
 def stages_type(planner: str, region_source: str, state_estimator: str) -> type:
@@ -255,4 +282,4 @@ def stages_type(planner: str, region_source: str, state_estimator: str) -> type:
     if not new:
         return QuadpipsConfig
     more = [(entry.section, entry.config, field(default_factory=entry.config)) for entry in new]
-    return make_dataclass("StagesConfig", more, bases=(QuadpipsConfig,))
+    return make_dataclass("StagesConfig", more, bases=(QuadpipsConfig,), namespace={"__doc__": QuadpipsConfig.__doc__})

@@ -85,6 +85,7 @@ class WalkDiagram(Diagram):
         timings: StageTimings | None = None,
         meshcat=None,
         panel: bool = False,
+        command=None,
     ):
         """
         Args:
@@ -100,6 +101,7 @@ class WalkDiagram(Diagram):
             timings: collects the stages' computing times.
             meshcat: where to draw; None draws nothing.
             panel: whether sliders and buttons in Meshcat (or a gamepad) take the place of ``commands``.
+            command: a system that takes their place, with outputs velocity_command and gait, and maybe an input robot_state.
         """
         super().__init__()
         config, timings = config or WalkConfig(), timings or StageTimings()
@@ -109,7 +111,7 @@ class WalkDiagram(Diagram):
         self.station = builder.AddSystem(station)
         self.robot = self.station.robot
         self.tracking = builder.AddSystem(TrackingModule(robot, config.tracking, timings))
-        self.command = builder.AddSystem(WalkPanel(meshcat, commands[-1]) if panel else ScriptedCommand(commands))
+        self.command = builder.AddSystem(command or _command_of(commands, meshcat if panel else None))
         self.reference = builder.AddSystem(VelocityReference(robot, config.velocity_reference, timings=timings))
         sensors = {name: self.station.GetOutputPort(name) for name in output_names(self.station)}
         entry = state_estimators.get(config.state_estimator)
@@ -117,13 +119,8 @@ class WalkDiagram(Diagram):
         setup = EstimatorSetup(self.robot, settings, seed, timings)
         truth, state = add_state_estimate(builder, config.state_estimator, setup, sensors)
         builder.Connect(state, self.reference.GetInputPort("robot_state"))
-        for name in ("velocity_command", "gait"):
-            builder.Connect(self.command.GetOutputPort(name), self.reference.GetInputPort(name))
-        builder.Connect(state, self.tracking.GetInputPort("robot_state"))
-        builder.Connect(self.reference.GetOutputPort("reference"), self.tracking.GetInputPort("reference"))
-        builder.Connect(self.tracking.GetOutputPort("safety_status"), self.reference.GetInputPort("safety_status"))
-        for name in ("feedforward_torque", "desired_joint_state"):
-            builder.Connect(self.tracking.GetOutputPort(name), self.station.GetInputPort(name))
+        self._connect_command(builder, state)
+        self._connect_tracking(builder, state)
         if pushes or live:
             self.pushes = add_pushes(builder, self.station, pushes)
         if meshcat is not None:
@@ -135,6 +132,19 @@ class WalkDiagram(Diagram):
     def set_initial_state(self, root_context, start) -> None:
         """Stands the robot on the terrain at ``start`` (x, y [m], yaw [rad]); raises UserInputError where it cannot."""
         self.station.set_initial_state(root_context, *start)
+
+    def _connect_tracking(self, builder: DiagramBuilder, state) -> None:
+        builder.Connect(state, self.tracking.GetInputPort("robot_state"))
+        builder.Connect(self.reference.GetOutputPort("reference"), self.tracking.GetInputPort("reference"))
+        builder.Connect(self.tracking.GetOutputPort("safety_status"), self.reference.GetInputPort("safety_status"))
+        for name in ("feedforward_torque", "desired_joint_state"):
+            builder.Connect(self.tracking.GetOutputPort(name), self.station.GetInputPort(name))
+
+    def _connect_command(self, builder: DiagramBuilder, state) -> None:
+        if self.command.HasInputPort("robot_state"):
+            builder.Connect(state, self.command.GetInputPort("robot_state"))
+        for name in ("velocity_command", "gait"):
+            builder.Connect(self.command.GetOutputPort(name), self.reference.GetInputPort(name))
 
     def _add_visualizers(
         self, builder: DiagramBuilder, meshcat, truth, pushes: Sequence[Push], *, follow: bool, keep_history: bool
@@ -158,3 +168,8 @@ class WalkDiagram(Diagram):
         for name in ("safety_status", "mpc_policy", "wbc_status"):
             builder.ExportOutput(self.tracking.GetOutputPort(name), name)
         builder.ExportOutput(self.station.GetOutputPort("contact_results"), "contact_results")
+
+
+def _command_of(commands: list[WalkCommand], meshcat):
+    """The system that gives the commands: a script, or a panel in ``meshcat`` where there is one."""
+    return ScriptedCommand(commands) if meshcat is None else WalkPanel(meshcat, commands[-1])

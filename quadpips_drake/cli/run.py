@@ -83,7 +83,10 @@ def run(
         typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list', or a file. Default: stepping_stones."),
     ] = None,
     difficulty: Difficulty = None,
-    planner: Annotated[str | None, typer.Option(metavar="NAME", help="Who plans. Default: quadpips.")] = None,
+    planner: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Who plans: quadpips, s_mpc, em_mpc or motion_models. Default: quadpips."),
+    ] = None,
     regions: Annotated[
         str | None, typer.Option(metavar="NAME", help="Where planar regions come from. Default: superpixels.")
     ] = None,

@@ -162,6 +162,10 @@ class SimulatedTrial:
         """Sum of the pushes at ``time`` [s], in W [N], (3,)."""
         return force_at(self.pushes, time)
 
+    def further_files(self) -> dict[str, Callable]:
+        """What only this kind of trial writes: by the name of the file, a function of its path."""
+        return {}
+
     def prepare_world(self) -> None:
         """Called before each step: lets appear what is due; raises UserInputError for what makes no sense now."""
         self.diagram.station.bring_ground_near(self.context)

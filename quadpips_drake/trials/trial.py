@@ -5,23 +5,27 @@ from pathlib import Path
 
 import numpy as np
 
+from quadpips_drake.configuration.layers import ConfigLayer
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.diagrams.planners import planners
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram, stages_type
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.faults.push_system import Push
+from quadpips_drake.planning.experience.experience_file import save_library
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.placement import problem_with_goal
 from quadpips_drake.terrain.terrain import Element, Terrain
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trials.foothold_statistics import ends_in_force, foothold_statistics, swing_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import RECENT_TIMINGS, SimulatedTrial, SimulationConfig, problem_with_trial_start
 from quadpips_drake.trials.spawning.spawner import Spawner, parse_spawns
-from quadpips_drake.trials.trial_options import default_stages
+from quadpips_drake.trials.steps.foothold_statistics import ends_in_force, foothold_statistics, swing_statistics
+from quadpips_drake.trials.steps.touch_downs import touch_down_statistics
+from quadpips_drake.trials.steps.walk_statistics import FootholdBook
+from quadpips_drake.trials.trial_options import default_stages, planner_wishes
 from quadpips_drake.trials.watching.notes import NoteTaker
 from quadpips_drake.trials.watching.sight import Sight
 from quadpips_drake.trials.watching.tracking_row import tracking_row
@@ -60,6 +64,11 @@ class TrialConfig(SimulationConfig):
         }
 
     @staticmethod
+    def wishes(planner: str | None) -> ConfigLayer:
+        """What the planner (None: the default one) wants otherwise than the defaults in code, keys as below ``stages``."""
+        return planner_wishes(planner or TrialConfig.planner)
+
+    @staticmethod
     def stages_type(
         planner: str = "quadpips", region_source: str = "superpixels", state_estimator: str = "oracle"
     ) -> type[QuadpipsConfig]:
@@ -71,8 +80,10 @@ class TrialConfig(SimulationConfig):
         planners.get(self.planner)
         parse_spawns(self.spawn, self.duration)
         if self.stages is None:
-            stages = self.stages_type(self.planner)
-            self.stages = default_stages(stages, self.robot, self.latency, self.latency_scale, self.terrain)
+            wishes = self.wishes(self.planner)
+            regions = wishes.data.get("region_source", QuadpipsConfig.region_source)
+            stages = self.stages_type(self.planner, regions)
+            self.stages = default_stages(stages, self.robot, self.latency, self.latency_scale, self.terrain, wishes)
 
 
 class Trial(SimulatedTrial):
@@ -127,6 +138,7 @@ class Trial(SimulatedTrial):
         super().__init__(config, terrain, diagram, timings, judge, spawner=spawner, live=live)
         self.log.keep_references = not live
         self._notes, self._sight = NoteTaker(self.log), Sight(diagram.regions)
+        self._rolling = FootholdBook()
         self.use_threads(config.threads)
 
     def move_goal(self, goal) -> None:
@@ -157,6 +169,8 @@ class Trial(SimulatedTrial):
             **self._sight.row(self.diagram, self.context),
         )
         self._notes.look(observation, status, self._foothold_plan())
+        if observation.reference.rolling:
+            self._rolling.note(observation.reference, state.stamp)
         self.spawner.watch(self.context, state.stamp)
         initial = np.linalg.norm(self.start[:2] - np.asarray(self.terrain.goal))
         self.note_progress(state.stamp, 1.0 - self.judge.distance_to_goal(state) / max(initial, 1e-9))
@@ -166,12 +180,21 @@ class Trial(SimulatedTrial):
             verdict = Verdict("no_plan", status.reason)
         return verdict
 
+    def further_files(self) -> dict:
+        """The experience, where there is any."""
+        library = self._of_planner("experience")
+        return {} if library is None else {"experience.npz": lambda path: save_library(path, library)}
+
     def _foothold_plan(self):
         """The FootholdPlan of the last request; None where the planner has no such port."""
+        return self._of_planner("foothold_plan")
+
+    def _of_planner(self, port: str):
+        """The value at an output port that only some planners have; None where this one has not."""
         planner = self.diagram.planning
-        if not planner.HasOutputPort("foothold_plan"):
+        if not planner.HasOutputPort(port):
             return None
-        return read(planner, "foothold_plan", planner.GetMyContextFromRoot(self.context))
+        return read(planner, port, planner.GetMyContextFromRoot(self.context))
 
     def time_is_up(self) -> Verdict:
         """The goal has not been reached."""
@@ -180,13 +203,11 @@ class Trial(SimulatedTrial):
     def result(self, **more) -> TrialResult:
         """Returns what is known so far."""
         observation, status = observe(self.diagram, self.context), read(self.diagram, "status", self.context)
-        arrays = self.log.arrays()
         if len(self.log):
-            samples = arrays["time"], arrays["foot_positions"], arrays["contacts"]
-            ends = ends_in_force(self.log.references, arrays)
-            more["footholds"] = foothold_statistics(self.log.references, *samples, until=ends)
-            later = self.spawner.appeared()
-            more["clearance"] = swing_statistics(self.log.references, arrays, self.robot, self.terrain, later)
+            more |= self._step_statistics(observation.robot_state.stamp)
+        report = self._of_planner("report")
+        if report is not None:
+            more["planning"] = report.facts
         return super().result(
             planner=self.config.planner,
             distance_to_goal=round(self.judge.distance_to_goal(observation.robot_state), 4),
@@ -196,6 +217,21 @@ class Trial(SimulatedTrial):
             fallbacks={**status.fallbacks, **observation.fallbacks},
             **more,
         )
+
+    def _step_statistics(self, now: float) -> dict:
+        """What there is to say about footholds and swings; of a rolling reference, about the footholds alone."""
+        if self._rolling:
+            self.log.references = [self._rolling.reference(now)]
+        arrays = self.log.arrays()
+        samples = arrays["time"], arrays["foot_positions"], arrays["contacts"]
+        landed = touch_down_statistics(arrays, self.present_terrain, self.robot.foot_radius)
+        if self._rolling:
+            return {"footholds": foothold_statistics(self.log.references, *samples) | landed}
+        ends = ends_in_force(self.log.references, arrays)
+        return {
+            "footholds": foothold_statistics(self.log.references, *samples, until=ends) | landed,
+            "clearance": swing_statistics(self.log.references, arrays, self.robot, self.terrain, self.spawner.appeared()),
+        }
 
 
 def run_trial(config: TrialConfig, out: Path, *, recording: bool = True, **options) -> TrialResult:

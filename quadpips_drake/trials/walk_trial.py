@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from quadpips_drake.configuration.layers import ConfigLayer
 from quadpips_drake.configuration.schema import MAX_DURATION, configuration, ranged
 from quadpips_drake.control.references.velocity_reference import VelocityWalk
 from quadpips_drake.control.references.walk_command import WalkCommand, check_commands
@@ -15,15 +16,15 @@ from quadpips_drake.gaits.gaits import gait_number, load_gait
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.terrain import Element, Terrain
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trials.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import RECENT_TIMINGS, SimulatedTrial, SimulationConfig, problem_with_trial_start
 from quadpips_drake.trials.spawning.spawner import Spawner
+from quadpips_drake.trials.steps.foothold_statistics import foothold_statistics
+from quadpips_drake.trials.steps.walk_statistics import FootholdBook, walk_statistics
 from quadpips_drake.trials.trial_options import default_stages
-from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
 from quadpips_drake.trials.watching.notes import NoteTaker
 from quadpips_drake.trials.watching.tracking_row import tracking_row
 from quadpips_drake.trials.world import world_of
@@ -52,6 +53,11 @@ class WalkTrialConfig(SimulationConfig):
     def choices() -> dict[str, tuple]:
         """A walk has the same sections always."""
         return {}
+
+    @staticmethod
+    def wishes(planner: str | None) -> ConfigLayer:
+        """A walk has no planner."""
+        return ConfigLayer("no planner", {})
 
     @staticmethod
     def stages_type() -> type[WalkConfig]:
@@ -119,7 +125,6 @@ class WalkTrial(SimulatedTrial):
         judge = TrialJudge(terrain, config.judge, has_goal=False)
         spawner = Spawner((), diagram, terrain)
         super().__init__(config, terrain, diagram, timings, judge, spawner=spawner, live=live)
-        self.log.keep_references = False
         self._footholds, self._notes = FootholdBook(), NoteTaker(self.log)
         if panel:
             self.simulator.set_target_realtime_rate(1.0)
