@@ -6,7 +6,7 @@ from pydrake.systems.framework import Diagram, LeafSystem
 
 from tests.port_blocks import PortBlock, plain_docstring, port_block, system_classes
 from tests.source_tree import ROOT
-from tests.test_house_rules import STAGES
+from tests.test_house_rules import ABOVE_THE_STAGES, STAGES
 
 PAGE = ROOT / "docs" / "systems.md"
 _HEAD = """# Systems and their ports
@@ -21,7 +21,7 @@ the configuration asks for it.
 def make_page() -> str:
     """Returns the text of the page."""
     classes = [*system_classes(Diagram), *system_classes(LeafSystem)]
-    parts = sorted({_part(cls) for cls in classes}, key=lambda part: [*STAGES, "diagrams"].index(part))
+    parts = sorted({_part(cls) for cls in classes}, key=lambda part: [*STAGES, *ABOVE_THE_STAGES].index(part))
     sections = {part: [cls for cls in classes if _part(cls) == part] for part in ["diagrams", *parts[:-1]]}
     lines = ["| folder | systems |", "|---|---|"]
     for part, members in sections.items():

@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -28,7 +29,9 @@ FORMATS = ("svg", "png", "pdf", "dot")
 
 
 def diagram(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="station, perception, planning, tracking, walk or quadpips.")],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="station, perception, planning, tracking, walk, quadpips, or a planner.")
+    ],
     out: Annotated[Path | None, typer.Option(metavar="FILE.svg", help="Or .png, .pdf, .dot. Default: NAME.svg.")] = None,
     robot: Annotated[str, typer.Option(metavar="NAME", help="anymal_c or go2.")] = "anymal_c",
     terrain: Annotated[str, typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list'.")] = "flat",
@@ -68,7 +71,22 @@ def _builders() -> dict:
         "tracking": _tracking,
         "walk": _walk,
         "quadpips": _quadpips,
-    }
+    } | _other_planners()
+
+
+def _other_planners() -> dict:
+    """The same for the planners beside ``planning``, by their names."""
+    from quadpips_drake.diagrams.planners import planners
+
+    return {name: partial(_planner, name) for name in planners.names() if name != "quadpips"}
+
+
+def _planner(name: str, robot, terrain):
+    from quadpips_drake.cli.run import resolve_trial_config
+    from quadpips_drake.diagrams.planners import PlannerSetup, planners
+
+    stages, entry = resolve_trial_config(None, {"robot": robot.name, "planner": name}, []).stages, planners.get(name)
+    return entry.factory(PlannerSetup(robot, stages.section(entry)))
 
 
 def _station(robot, terrain):

@@ -11,9 +11,10 @@ from typing import Annotated
 import typer
 
 from quadpips_drake import __version__
-from quadpips_drake.cli import bench, dataset, diagram, doctor, film, report, run, terrain, train, walk
+from quadpips_drake.cli import bench, cockpit, dataset, diagram, doctor, film, report, run, terrain, train, walk
 from quadpips_drake.cli.console import OneLineErrors
 from quadpips_drake.cli.evaluation import evaluate
+from quadpips_drake.cli.motion_models import motion_models
 
 EPILOG = """
 Try 'quadpips doctor' first, then 'quadpips run'; each command explains itself with --help.
@@ -48,6 +49,7 @@ def _root(
 
 app.command(epilog=run.EPILOG)(run.run)
 app.command(epilog=walk.EPILOG)(walk.walk)
+app.command(epilog=cockpit.EPILOG)(cockpit.cockpit)
 app.command(epilog=film.EPILOG)(film.film)
 app.add_typer(bench.app, name="bench")
 app.command(epilog=report.EPILOG)(report.report)
@@ -55,6 +57,7 @@ app.add_typer(terrain.app, name="terrain")
 app.add_typer(evaluate.app, name="evaluate")
 app.command(epilog=dataset.EPILOG)(dataset.dataset)
 app.command(epilog=train.EPILOG)(train.train)
+app.add_typer(motion_models.app, name="motion-models")
 app.command(epilog=diagram.EPILOG)(diagram.diagram)
 app.command()(doctor.doctor)
 

@@ -14,7 +14,7 @@ where ENTRY is an ``Entry`` or a factory. Such packages are imported when a name
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib import metadata
 
 from quadpips_drake.errors import UserInputError, unknown_name
@@ -34,6 +34,9 @@ class Entry:
     """Key of its settings below ``stages`` in config.yaml; default: the name."""
     name: str = ""
     """Filled in by the registry."""
+    wishes: dict = field(default_factory=dict)
+    """What it wants otherwise than the defaults in code, keys as below ``stages``; whatever is set counts more. Only
+    those of planners are heard."""
 
 
 class Registry:
@@ -45,7 +48,14 @@ class Registry:
         self._entries: dict[str, Entry] = {}
 
     def add(
-        self, name: str, factory: Callable, config: type | None = None, *, summary: str = "", section: str = ""
+        self,
+        name: str,
+        factory: Callable,
+        config: type | None = None,
+        *,
+        summary: str = "",
+        section: str = "",
+        wishes: dict | None = None,
     ) -> Entry:
         """Adds an entry, or replaces the one of that name; for the arguments see ``Entry``.
 
@@ -54,7 +64,7 @@ class Registry:
         """
         if not isinstance(name, str) or not name.replace("-", "_").isidentifier():
             raise UserInputError(f"a {self.kind} cannot be called {name!r}; use a letter, then letters, digits, '_' and '-'")
-        return self._keep(name, Entry(factory, config, summary, section))
+        return self._keep(name, Entry(factory, config, summary, section, wishes=wishes or {}))
 
     def remove(self, name: str) -> None:
         """Takes an entry out; one that is not there is no mistake."""

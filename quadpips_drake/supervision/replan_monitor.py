@@ -12,6 +12,7 @@ from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.supervision.ground_events import Doubts, GroundEventConfig, appeared_ground, confirmed_problem
+from quadpips_drake.supervision.plan_starts import PUBLICATION_TIME, last_stance, next_start
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, PlanStart, RefusedSwings
@@ -22,12 +23,10 @@ from quadpips_drake.values.status import SafetyStatus, StageStatus
 
 _MORE_LEAD = 0.2
 """By how much the next plan is asked for earlier after one that came too late [s]."""
-_PUBLICATION_TIME = 0.05
-"""How long after its status a reference is published at the latest [s]."""
+BETTER_VIEW = "better_view"
+"""Event: a next plan that came to nothing is asked for again, with what has been seen since."""
 _LEAST_LEAD = 0.5
 """A plan from where the reference has to end is asked for if there is this part of the lead time left [1]."""
-_SAME_TIME = 1e-6
-"""Moments closer than this are one [s]."""
 _SURROUNDINGS = 1.5
 """Refused swings are forgotten when the robot is further than this from where they begin [m]."""
 
@@ -256,7 +255,7 @@ def _look_for_problem(monitor: Monitor, now: Situation) -> tuple[Monitor, str]:
         return monitor, now.foothold_plan.reason
     if now.trajectory_status.request_id == asked and not now.trajectory_status.ok:
         # That may also mean that the reference is shorter than the plan; then it is published in a moment.
-        if now.time - monitor.failing_since >= _PUBLICATION_TIME:
+        if now.time - monitor.failing_since >= PUBLICATION_TIME:
             return monitor, now.trajectory_status.reason
         return replace(monitor, failing_since=min(monitor.failing_since, now.time)), ""
     return monitor, ""
@@ -295,8 +294,7 @@ def _look_at_ground(monitor: Monitor, now: Situation, config: MonitorConfig) -> 
     doubts, problem = confirmed_problem(monitor.doubts, now.problems, now.regions_stamp, config.ground)
     monitor = replace(monitor, doubts=doubts)
     stop = None if problem is None else last_stance(now.reference, problem.before, now.time)
-    is_cut = monitor.cut.follows == now.reference.request_id
-    if stop is None or (is_cut and monitor.cut.time <= stop.time):
+    if stop is None or (_is_cut(monitor, now) and monitor.cut.time <= stop.time):
         return monitor
     reason = f"{problem.kind.replace('_', ' ')}: {problem.words}"
     monitor = replace(_counted(monitor, problem.kind), cut=ReferenceCut(stop.follows, stop.time), reason=reason)
@@ -311,61 +309,55 @@ def _look_at_ground(monitor: Monitor, now: Situation, config: MonitorConfig) -> 
     return replace(monitor, last_one=False, **_asking(monitor, now, config, stop))
 
 
-def last_stance(reference: WholeBodyReference, before: float, time: float) -> PlanStart | None:
-    """A moment of ``reference`` in its last full stance until ``before`` [s]; None if that is over at ``time`` [s]."""
-    stances = [(begin, end) for begin, end in reference.schedule.full_stances() if end <= before + _SAME_TIME]
-    if not stances:
-        return None
-    begin, end = max(stances[-1][0], float(reference.times[0])), stances[-1][1]
-    moment = max(0.5 * (begin + end), time + _PUBLICATION_TIME)
-    if moment > end:
-        return None
-    sample = int(np.searchsorted(reference.times, moment + _SAME_TIME)) - 1
-    sample = sample if reference.times[sample] >= time else sample + 1
-    return PlanStart(reference.request_id, float(reference.times[sample]), reference.states[sample])
-
-
 def _look_ahead(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
     """Asks for the plan after the present one when it is time, and sees what becomes of it."""
     reference, asked = now.reference, monitor.request
     if reference.request_id == asked.id != monitor.followed:
         reason = f"{len(now.foothold_plan.swing_legs)} swings, joined"
         return replace(_on_new_ground(monitor), reason=reason, **_going_on(monitor))
-    if asked.id != monitor.followed:
-        if monitor.last_one:
-            return monitor
-        monitor, problem = _look_for_problem(monitor, now)
-        if problem:
-            return replace(monitor, last_one=True, failed_plans=monitor.failed_plans + 1, reason=f"no next plan: {problem}")
-        if now.time > asked.start.time + _PUBLICATION_TIME:
-            in_a_hurry = monitor.cut.follows == reference.request_id
-            lead, late = monitor.lead + (0.0 if in_a_hurry else _MORE_LEAD), monitor.late_plans + 1
-            return replace(monitor, last_one=True, late_plans=late, lead=lead, reason="the next plan is late")
-        return monitor
     if monitor.last_one:
         return monitor
-    start = next_start(reference, now, config, config.lead_time + monitor.lead)
+    if asked.id != monitor.followed:
+        return _await_next(monitor, now, config)
+    start = _start_ahead(monitor, now, config)
     if start is None or now.time < start.time - config.lead_time - monitor.lead:
         return monitor
     return replace(monitor, **_asking(monitor, now, config, start))
 
 
-def next_start(reference: WholeBodyReference, now: Situation, config: MonitorConfig, lead: float) -> PlanStart | None:
-    """Where the plan after ``reference`` begins: between swings, before the last ``replaced_swings`` ones or later.
-
-    None when the reference leads to the goal, when there is no such moment ``lead`` [s] or more ahead, or without lead time.
-    """
-    end = reference.states[-1, CentroidalState.POSITION]
+def _start_ahead(monitor: Monitor, now: Situation, config: MonitorConfig) -> PlanStart | None:
+    """Where the next plan begins; None when there is no such moment in time, or when the reference leads to the goal."""
+    end = now.reference.states[-1, CentroidalState.POSITION]
     if config.lead_time == 0.0 or np.hypot(*(end[:2] - now.goal)) <= config.goal_tolerance:
         return None
-    # Half-way between a touch-down and the lift-off after it; the end counts as well.
-    events = reference.schedule.event_times
-    begins = [*(0.5 * (events[1:-1:2] + events[2::2])), reference.end_time]
-    begins = [time for time in begins[-1 - config.replaced_swings :] if time >= now.time + lead - 1.0 / config.rate]
-    if not begins:
-        return None
-    sample = int(np.argmin(np.abs(reference.times - begins[0])))
-    return PlanStart(reference.request_id, float(reference.times[sample]), reference.states[sample])
+    earliest = now.time + config.lead_time + monitor.lead - 1.0 / config.rate
+    return next_start(now.reference, earliest, config.replaced_swings)
+
+
+def _await_next(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
+    """Looks what has become of the plan that was asked for ahead."""
+    monitor, problem = _look_for_problem(monitor, now)
+    if problem:
+        return _look_again(replace(monitor, failed_plans=monitor.failed_plans + 1), now, config, f"no next plan: {problem}")
+    if now.time > monitor.request.start.time + PUBLICATION_TIME:
+        lead = monitor.lead + (0.0 if _is_cut(monitor, now) else _MORE_LEAD)
+        monitor = replace(monitor, late_plans=monitor.late_plans + 1, lead=lead)
+        return _look_again(monitor, now, config, "the next plan is late")
+    return monitor
+
+
+def _look_again(monitor: Monitor, now: Situation, config: MonitorConfig, reason: str) -> Monitor:
+    """Asks once more, from later on, if the ground has been seen better since and there is time; else walks to the end."""
+    monitor, start = replace(monitor, reason=reason), _start_ahead(monitor, now, config)
+    seen_better = now.regions_stamp > monitor.request.stamp and not _is_cut(monitor, now)
+    if start is None or not seen_better or start.time <= monitor.request.start.time:
+        return replace(monitor, last_one=True)
+    return replace(_counted(monitor, BETTER_VIEW), **_asking(monitor, now, config, start))
+
+
+def _is_cut(monitor: Monitor, now: Situation) -> bool:
+    """Whether the reference that is followed has to end early."""
+    return monitor.cut.follows == now.reference.request_id
 
 
 def _recovering(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:

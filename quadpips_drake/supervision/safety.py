@@ -122,6 +122,9 @@ class SafetyMemory(ImmutableValue):
     """Where each planned stance foot came down in W [m], (4, 3); NaN for feet in the air."""
     missing_since: np.ndarray
     """Since when each foot has lacked the ground that it was planned to stand on [s], inf while it does not, (4,)."""
+    hanging: np.ndarray
+    """Feet without ground below them on which the robot has come to rest all the same, bool (4,): no news any more, until
+    they find ground or are to swing."""
     calm_since: float = np.inf
     """[s]"""
     released: float = -np.inf
@@ -130,7 +133,8 @@ class SafetyMemory(ImmutableValue):
     @staticmethod
     def empty() -> "SafetyMemory":
         never, nowhere = np.full(len(SAFETY_EVENTS), np.inf), np.full((NUM_LEGS, 3), np.nan)
-        return SafetyMemory(SafetyStatus(-np.inf), never, nowhere, np.full(NUM_LEGS, np.inf))
+        hanging = np.zeros(NUM_LEGS, dtype=bool)
+        return SafetyMemory(SafetyStatus(-np.inf), never, nowhere, np.full(NUM_LEGS, np.inf), hanging)
 
 
 def watch(memory: SafetyMemory, state: RobotState, policy: MpcPolicy, robot, config: SafetyConfig) -> SafetyMemory:
@@ -153,9 +157,11 @@ def watch(memory: SafetyMemory, state: RobotState, policy: MpcPolicy, robot, con
     if memory.status.unstable:
         if now - calm_since < config.stabilise_time:
             return memory
-        # Feet are where they are now: what has slipped before is no new event.
+        # Feet are where they are now: what has slipped or found no ground before is no new event.
         anchors = np.full((NUM_LEGS, 3), np.nan)
-        return replace(memory, status=replace(memory.status, unstable=False), anchors=anchors, released=now)
+        hanging = memory.hanging | np.isfinite(memory.missing_since)
+        status = replace(memory.status, unstable=False)
+        return replace(memory, status=status, anchors=anchors, hanging=hanging, released=now)
     patience = np.array([0.0, config.sustained, config.sustained, 0.0, 0.0])
     lasting = np.flatnonzero(now - onset >= patience - 1e-9)
     if len(lasting) == 0:
@@ -185,9 +191,9 @@ def _with_contacts(memory: SafetyMemory, state: RobotState, planned: np.ndarray,
         anchors = np.where(planned[:, None], anchors, np.nan)
         anchors = np.where(fresh[:, None], robot.foot_positions_W(state), anchors)
     missing = planned & ~state.contacts
-    return replace(
-        memory, anchors=anchors, missing_since=np.where(missing, np.minimum(memory.missing_since, state.stamp), np.inf)
-    )
+    hanging = memory.hanging & missing
+    since = np.where(missing & ~hanging, np.minimum(memory.missing_since, state.stamp), np.inf)
+    return replace(memory, anchors=anchors, missing_since=since, hanging=hanging)
 
 
 def _slip_reason(memory: SafetyMemory, state: RobotState, robot, config: SafetyConfig) -> str:

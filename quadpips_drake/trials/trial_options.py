@@ -6,6 +6,7 @@ from typing import Any
 
 from quadpips_drake.configuration.layers import ConfigLayer, override_layer, read_layer
 from quadpips_drake.configuration.loading import load_config
+from quadpips_drake.diagrams.planners import planners
 from quadpips_drake.robots.robot_library import DEFAULT_ROBOT, load_robot, robot_defaults_layer, robot_file, robots
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.robots.stage_latencies import latency_layer
@@ -13,7 +14,14 @@ from quadpips_drake.terrain.library import terrain_cameras
 from quadpips_drake.trials.simulated_trial import SimulationConfig
 
 
-def default_stages(stages: type, robot: str, latency: str = "zero", latency_scale: float = 1.0, terrain: str = ""):
+def default_stages(
+    stages: type,
+    robot: str,
+    latency: str = "zero",
+    latency_scale: float = 1.0,
+    terrain: str = "",
+    wishes: ConfigLayer | None = None,
+):
     """Returns the configuration of all stages for a robot: here, and nowhere else, a robot's own numbers come in.
 
     Args:
@@ -22,9 +30,20 @@ def default_stages(stages: type, robot: str, latency: str = "zero", latency_scal
         latency: preset of the stages' latencies, see ``robots.stage_latencies``.
         latency_scale: factor on these latencies.
         terrain: name of where it walks; the robot gets the cameras that it needs there, if it has them.
+        wishes: what the planner wants otherwise, see ``planner_wishes``.
     """
     layers = robot_defaults_layer(robot), latency_layer(latency, robot, latency_scale), _camera_layer(terrain, robot)
-    return load_config(stages, [_known(layer, stages) for layer in layers])
+    asked = [] if wishes is None else [wishes]
+    return load_config(stages, [*(_known(layer, stages) for layer in layers), *asked])
+
+
+def planner_wishes(planner: str) -> ConfigLayer:
+    """What a planner wants otherwise than the defaults in code, keys as below ``stages``; all else is the same for all.
+
+    Raises:
+        UserInputError: there is no such planner.
+    """
+    return ConfigLayer(f"what the planner '{planner}' wants", planners.get(planner).wishes)
 
 
 def _camera_layer(terrain: str, robot: str) -> ConfigLayer:
@@ -58,12 +77,13 @@ def resolve_config(schema: type, scenario: Path | None, options: dict, sets: lis
     layers += [ConfigLayer("--" + key, {key: value}) for key, value in options.items()]
     layers += [override_layer(text) for text in sets]
     robot = _last(layers, "robot") or DEFAULT_ROBOT
-    stages = _stages_type(schema, layers)
+    wishes = schema.wishes(_last(layers, "planner"))
+    stages = _stages_type(schema, [wishes.under("stages"), *layers])
     layers = _with_presets(layers, schema, stages, robot)
     if stages is not schema.stages_type():
         schema = make_dataclass(schema.__name__, [("stages", stages, field(default=None))], bases=(schema,))
     terrain = _last(layers, "terrain") or schema.terrain
-    own = default_stages(stages, robot, schema.latency, schema.latency_scale, terrain)
+    own = default_stages(stages, robot, schema.latency, schema.latency_scale, terrain, wishes)
     return load_config(schema, layers, base=schema(robot=robot, stages=own))
 
 

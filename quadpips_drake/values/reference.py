@@ -53,6 +53,9 @@ class FootholdTarget(ImmutableValue):
     """Lowest admissible heights of the foot centre in W at equal parts of the way there [m], (n,); None: unknown."""
     apex_height: float = 0.0
     """Least height of the swing's apex over the straight way [m]."""
+    polygon: np.ndarray | None = None
+    """Where on its region the foot has to stand: convex polygon [m], counter-clockwise, in the xy plane of the region's
+    frame, (n, 2); None: anywhere within the region's boundary."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +82,9 @@ class WholeBodyReference(ImmutableValue):
     """FootholdTargets in order of touch-down, absolute times."""
     start: PlanStart | None = None
     """Of a plan that was made ahead: where it goes on from another one."""
+    rolling: bool = False
+    """Whether it is one of many that each go on for a moment from the one before, rather than a plan that is walked to its
+    end: logs keep no such references."""
 
     @staticmethod
     def empty(stamp: float = -np.inf) -> "WholeBodyReference":
@@ -89,6 +95,13 @@ class WholeBodyReference(ImmutableValue):
     @property
     def end_time(self) -> float:
         return float(self.times[-1])
+
+    @property
+    def edition(self) -> tuple:
+        """What is another one when there is something new to draw: id and stamp; of a rolling reference, its touch-downs."""
+        if not self.rolling:
+            return self.request_id, self.stamp
+        return self.request_id, *(round(target.touchdown_time, 3) for target in self.footholds)
 
     def shifted(self, offset: float, stamp: float) -> "WholeBodyReference":
         """The same reference, ``offset`` seconds later, published at ``stamp``."""

@@ -114,7 +114,7 @@ class PlanVisualizer(LeafSystem):
         return EventStatus.Succeeded()
 
     def _draw_reference(self, reference: WholeBodyReference, time: float, before: _Drawn, after: dict):
-        key = (reference.request_id, reference.stamp)
+        key = reference.edition
         if len(reference.times) == 0 or key == before.reference_key:
             return
         number = before.reference + 1

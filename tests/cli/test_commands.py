@@ -100,7 +100,7 @@ def test_damaged_kernels_are_one_line(error, monkeypatch):
 def test_an_unknown_diagram_lists_the_known_ones():
     status, _, errors = quadpips("diagram", "engine")
     assert status == 2
-    assert "known: perception, planning, quadpips, station, tracking" in errors
+    assert "known: em_mpc, motion_models, perception, planning, quadpips, s_mpc, station, tracking, walk" in errors
 
 
 def test_a_diagram_of_unknown_format_is_refused():
@@ -109,7 +109,7 @@ def test_a_diagram_of_unknown_format_is_refused():
     assert ".svg" in errors
 
 
-@pytest.mark.parametrize("name", ["station", "perception", "planning", "tracking", "quadpips"])
+@pytest.mark.parametrize("name", ["station", "perception", "planning", "tracking", "quadpips", "s_mpc"])
 def test_a_diagram_is_drawn(name, tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.which", lambda program: None)  # without Graphviz, the dot file and a line that says so
     status, output, errors = quadpips("diagram", name, "--out", tmp_path / f"{name}.svg")

@@ -18,6 +18,12 @@ compares. How keys are set is told in [configuration.md](configuration.md). Defa
 ends or fills the memory, and what has no meaning; within them, values may still be foolish. `null` stands for "not given".
 """
 
+_RIVAL = """\
+## A run with a rival
+
+`quadpips run --planner s_mpc`, see [baselines.md](baselines.md): what it has beside that, or with another default.
+"""
+
 
 def page() -> str:
     """The whole page."""
@@ -26,6 +32,10 @@ def page() -> str:
             _INTRODUCTION,
             "## A run\n\n`quadpips run`; sections are nested mappings in `config.yaml`.\n",
             reference(TrialConfig()),
+            _RIVAL,
+            reference(TrialConfig(planner="s_mpc"), without=TrialConfig()),
+            "`--planner em_mpc`: what is different again.\n",
+            reference(TrialConfig(planner="em_mpc"), without=TrialConfig(planner="s_mpc")),
             "## A walk\n\n`quadpips walk`: what a run has not, or has with another default.\n",
             reference(WalkTrialConfig(), without=TrialConfig()),
             "## A dataset\n\n`quadpips dataset`: recorded in `manifest.json`.\n",

@@ -18,6 +18,7 @@ def test_every_key_has_a_meaning_beside_its_unit():
 
 def test_keys_of_both_are_told_once():
     run, walk = page().split("## A walk")
+    run = run.split("## A run with a rival")[0]
     assert "### stages.tracking.mpc.ocp.foothold_barrier" in run
     assert "### stages.tracking.mpc.ocp.foothold_barrier" not in walk
     assert "### stages.velocity_reference" in walk and "### changes[i]" in walk

@@ -8,7 +8,7 @@ import pytest
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.supervision.ground_events import Problem
-from quadpips_drake.supervision.replan_monitor import Monitor, MonitorConfig, Situation, advance, last_stance, next_start
+from quadpips_drake.supervision.replan_monitor import BETTER_VIEW, Monitor, MonitorConfig, Situation, advance
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, RefusedSwing, RefusedSwings, Stance
@@ -16,6 +16,7 @@ from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.regions import GroundHeights
 from quadpips_drake.values.status import SafetyStatus, StageStatus
 from tests.planning import worlds
+from tests.supervision.walked_references import trot
 
 ROBOT = load_robot("anymal_c")
 CONFIG = MonitorConfig(replaced_swings=1)
@@ -205,18 +206,6 @@ def test_bad_settings_are_refused():
         MonitorConfig(pause=-1.0)
 
 
-def trot(request_id, begin, steps, x):
-    """A reference of ``steps`` swings of 0.5 s from ``begin`` [s] on, which leads the base to ``x`` [m]."""
-    times = begin + 0.1 * np.arange(5 * steps + 1)
-    states = np.zeros((len(times), 24))
-    states[:, CentroidalState.POSITION] = np.linspace([0.0, 0.0, 0.58], [x, 0.0, 0.58], len(times))
-    ends = begin + 0.5 * np.arange(steps)
-    events = np.column_stack((ends + 0.05, ends + 0.45)).ravel()
-    stance = np.ones((2 * steps + 1, 4), dtype=bool)
-    stance[1::2, [0, 3]] = False
-    return WholeBodyReference(begin, request_id, times, states, np.zeros((len(times), 24)), ContactSchedule(events, stance))
-
-
 def walking_ahead(x=1.0):
     """A story in which the robot walks eight swings, 4 s long, and the next plan has just been asked for."""
     story = Story()
@@ -264,22 +253,32 @@ def test_a_next_plan_that_is_late_is_asked_for_earlier_the_next_time():
     assert monitor.lead > 0.1
 
 
-@pytest.mark.parametrize("changes", [{"lead_time": 0.0}, {}])
+def test_a_next_plan_that_fails_is_asked_for_again_when_more_has_been_seen():
+    """Before the last swing instead of the last but one; not without newer regions."""
+    story, begin = Story(replace(CONFIG, replaced_swings=2)), 0.0
+    first = story.until_planning()
+    begin = story.now.time
+    story.goes_on(0.1, reference=trot(first, begin, 8, 1.0))
+    while story.monitor.request.id == first:
+        story.goes_on(0.1)
+    asked = story.monitor.request
+    assert asked.start.time == pytest.approx(begin + 3.0)
+    failed = FootholdPlan(0.0, asked.id, reason="a gap")
+    monitor = story.goes_on(0.1, foothold_plan=failed, regions_stamp=story.now.time)
+    assert monitor.request.id == asked.id + 1 and monitor.request.start.time == pytest.approx(begin + 3.5)
+    assert dict(monitor.events) == {BETTER_VIEW: 1} and "a gap" in monitor.reason and not monitor.last_one
+    failed = FootholdPlan(0.0, asked.id + 1, reason="the same gap")
+    monitor = story.goes_on(0.1, foothold_plan=failed)
+    assert monitor.last_one and monitor.request.id == asked.id + 1, "nothing new was seen"
+    assert monitor.failed_plans == 2 and monitor.failed_in_a_row == 0
+
+
+@pytest.mark.parametrize("changes", [{"lead_time": 0.0}, {"goal_tolerance": 1.2, "goal_lost": 2.0}, {}])
 def test_no_plan_is_made_ahead_at_the_goal_or_when_it_is_not_wanted(changes):
-    config = replace(CONFIG, **changes)
-    x = 1.0 if changes else GOAL[0]
-    now = Situation(3.0, REST, trot(1, 0.0, 8, x), FootholdPlan(0.0, 0), StageStatus(0.0, 0, True), GOAL)
-    assert next_start(now.reference, now, config, config.lead_time) is None
-    elsewhere = replace(now, goal=np.array([5.0, 0.0]), time=2.0)
-    assert next_start(elsewhere.reference, elsewhere, CONFIG, CONFIG.lead_time).time == pytest.approx(3.5)
-
-
-@pytest.mark.parametrize(("replaced", "begin"), [(0, 4.05), (1, 3.5), (2, 3.0), (5, 2.5)])
-def test_how_many_swings_are_replaced(replaced, begin):
-    """Of eight, 4.05 s long, with 0.9 s of lead time from 1.6 s on."""
-    config = replace(CONFIG, replaced_swings=replaced)
-    now = Situation(1.6, REST, trot(1, 0.0, 8, 1.0), FootholdPlan(0.0, 0), StageStatus(0.0, 0, True), GOAL)
-    assert next_start(now.reference, now, config, config.lead_time).time == pytest.approx(begin, abs=0.06)
+    story = Story(replace(CONFIG, **changes))
+    first = story.until_planning()
+    story.goes_on(3.5, reference=trot(first, story.now.time, 8, 1.0))
+    assert (story.monitor.request.id > first) == (not changes)
 
 
 def problem(before, kind="foothold_lost", key=1):
@@ -349,16 +348,6 @@ def test_a_more_urgent_problem_cuts_the_reference_again():
     assert dict(monitor.events) == {"foothold_lost": 1, "way_blocked": 1}
     assert monitor.cut.time == pytest.approx(begin + 2.0) and monitor.request.id == first + 2
     assert sees(story, 0.3, problem(begin + 2.55, key=3)).cut.time == pytest.approx(begin + 2.0)
-
-
-def test_the_last_stance_before_a_moment():
-    reference = trot(3, 0.0, 8, 1.0)
-    assert last_stance(reference, 2.05, 1.0).time == pytest.approx(2.0)
-    assert last_stance(reference, 2.3, 1.0).time == pytest.approx(2.0), "in the middle of a swing: before it"
-    assert last_stance(reference, 2.05, 1.98).time == pytest.approx(2.0), "as soon as can be"
-    assert last_stance(reference, 2.05, 2.03) is None
-    assert last_stance(reference, 0.05, -0.25).time == pytest.approx(0.0)
-    assert last_stance(reference, 0.01, -0.25) is None
 
 
 def test_what_appeared_is_told_to_planners_until_the_robot_has_moved_on():

@@ -90,6 +90,19 @@ def test_each_event_makes_the_robot_unstable_until_it_is_calm(state, patience, e
     assert memory.status.counts_by_event() == {event: 1}
 
 
+def test_a_foot_that_hangs_while_the_robot_rests_is_one_event_until_it_finds_ground():
+    """A robot at rest on three legs can plan a step with the fourth; one event after the other would never let it."""
+    hangs = replace(REST, contacts=np.array([True, True, False, True]))
+    memory = _watch(hangs, 0.5)
+    assert memory.status.unstable and "LH has found no ground" in memory.status.reason
+    memory = _watch(hangs, 5.0, memory)
+    assert not memory.status.unstable and sum(memory.status.counts) == 1
+    other = replace(REST, contacts=np.array([False, True, False, True]))
+    assert _watch(other, 0.5, memory).status.unstable, "another foot"
+    memory = _watch(hangs, 0.5, _watch(REST, 0.1, memory))
+    assert memory.status.unstable and sum(memory.status.counts) == 2, "it had found ground in between"
+
+
 def test_the_reference_is_dropped_until_a_newer_one_comes():
     monitor = SafetyMonitor(ROBOT)
     context = monitor.CreateDefaultContext()

@@ -143,7 +143,7 @@ def foothold_halfspaces(footholds: tuple, times: np.ndarray) -> tuple:
     coming = [t for t in footholds if t.region is not None and times[0] < t.touchdown_time < times[-1]]
     if not coming:
         return None, None
-    halfspaces = [region_halfspaces(target.region) for target in coming]
+    halfspaces = [region_halfspaces(target.region, target.polygon) for target in coming]
     rows = max(len(offsets) for _, offsets in halfspaces)
     shape = len(times) - 1, NUM_LEGS, rows
     all_normals, all_offsets = np.zeros((*shape, 3)), np.zeros(shape)

@@ -230,7 +230,7 @@ class VelocityWalk:
         inputs = weight_bearing_inputs(down, self._robot.mass)
         states[:, CentroidalState.JOINTS] = self._robot.nominal_joints
         footholds = self._footholds(now, pose, velocity, ground, schedule, state, settled)
-        return WholeBodyReference(now, 1, times, states, inputs, schedule, footholds)
+        return WholeBodyReference(now, 1, times, states, inputs, schedule, footholds, rolling=True)
 
     def _footholds(self, now, pose, velocity, ground, schedule: ContactSchedule, state, settled: dict) -> tuple:
         """FootholdTargets of all swings that touch down within the horizon; those in ``settled``, by leg, stay."""

@@ -72,9 +72,11 @@ def ground_profile(p0, p1, regions=(), foot_radius: float = 0.0, heights: Ground
     return profile
 
 
-def region_halfspaces(region) -> tuple[np.ndarray, np.ndarray]:
-    """Returns normals (m, 3), offsets (m,): normals @ p + offsets >= 0 for points p (in W) above or on the region."""
-    return _halfspaces(*_outline(region))
+def region_halfspaces(region, polygon=None) -> tuple[np.ndarray, np.ndarray]:
+    """Returns normals (m, 3), offsets (m,): normals @ p + offsets >= 0 for points p (in W) above or on the region, or on the
+    part ``polygon`` of it (convex, counter-clockwise, in its frame [m], (m, 2))."""
+    boundary, pose = _outline(region)
+    return _halfspaces(boundary if polygon is None else np.array(polygon, dtype=float), pose)
 
 
 def _outline(region):

@@ -82,7 +82,7 @@ class RerunWatcher:
         if self._is_due("pose", POSE_PERIOD, state.stamp):
             values.log_pose(self._stream, trial.robot, state)
             self._plot(state, trial, diagram, context)
-        key = (reference.request_id, reference.stamp)
+        key = reference.edition
         # A walk's reference is another one at each moment.
         if len(reference.times) and key != self._reference and diagram.HasOutputPort("status"):
             self._reference = key

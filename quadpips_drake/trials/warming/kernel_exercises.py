@@ -80,6 +80,37 @@ def planning() -> None:
     path = search_torso_path(state.p_WB, 0.0, regions, np.array([0.6, 0.0]), robot, TorsoConfig())
     search_footholds(state, regions, path, robot, FootholdConfig())
     search_torso_path(state.p_WB, 0.0, regions, np.array([9.0, 0.0]), robot, TorsoConfig())  # by way of a sub-goal
+    _walk_by_heuristics(robot, state, regions)
+    _search_commands(robot, state)
+
+
+def _walk_by_heuristics(robot, state, regions) -> None:
+    """One reference of a planner without a search."""
+    from quadpips_drake.baselines.perceptive_walk import PerceptiveMemory, PerceptiveWalk
+    from quadpips_drake.gaits.gaits import load_gait
+
+    memory, command = PerceptiveMemory.empty(), np.array([0.2, 0.0, 0.0])
+    PerceptiveWalk(robot).update(memory, state, command, load_gait("trot"), regions)
+
+
+def _search_commands(robot, state) -> None:
+    """A few steps of a search over velocity commands, on level ground."""
+    from quadpips_drake.baselines.motion_models.line_holding import Line
+    from quadpips_drake.baselines.motion_models.planner.command_search import CommandSearch, CommandSearchConfig
+    from quadpips_drake.baselines.motion_models.planner.foot_costmap import FootCostmapConfig, foot_costmap
+    from quadpips_drake.baselines.motion_models.planner.variants import belief_of
+    from quadpips_drake.baselines.motion_models.state import measured_step_state
+    from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig
+    from quadpips_drake.values.regions import GroundHeights
+
+    belief = belief_of("ideal", robot, "trot", None, VelocityReferenceConfig(), None)
+    search = CommandSearch(belief.models, CommandSearchConfig(horizon=2))
+    level = foot_costmap(GroundHeights(0.0, np.full(2, -1.0), 0.1, np.zeros((20, 20), np.float32)), FootCostmapConfig())
+    start = measured_step_state(state, robot.foot_positions_W(state), 0, None, np.zeros(3))
+    question = start, np.zeros(4), 0.0, level, np.array([0.8, 0.0]), Line(np.zeros(2), 0.0)
+    search.plan(*question, stamp=0.0, id=1)
+    search.outcome(start, np.zeros(3))
+    search.clearest(*question)
 
 
 def whole_body_control() -> None:

@@ -23,6 +23,9 @@ class FootholdBook:
     def __init__(self):
         self._targets: dict = {}
 
+    def __bool__(self):
+        return bool(self._targets)
+
     def note(self, reference: WholeBodyReference, time: float) -> None:
         """Takes the footholds of swings that are under way at ``time`` [s]."""
         for target in reference.footholds:

@@ -1,0 +1,1 @@
+"""Rivals: other planners, each through the same contract."""
