@@ -11,6 +11,7 @@ from quadpips_drake.diagrams.planners import planners
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram, stages_type
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.faults.push_system import Push
+from quadpips_drake.planning.experience.experience_file import save_library
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.placement import problem_with_goal
 from quadpips_drake.terrain.terrain import Element, Terrain
@@ -178,6 +179,11 @@ class Trial(SimulatedTrial):
         if verdict is None and status.gave_up:
             verdict = Verdict("no_plan", status.reason)
         return verdict
+
+    def further_files(self) -> dict:
+        """The experience, where there is any."""
+        library = self._of_planner("experience")
+        return {} if library is None else {"experience.npz": lambda path: save_library(path, library)}
 
     def _foothold_plan(self):
         """The FootholdPlan of the last request; None where the planner has no such port."""

@@ -22,7 +22,7 @@ def experience_figure(series: list[Series], results: dict, trials: int) -> Figur
     for number, title in enumerate(titles):
         found = [results[one.key]["rows"] for one in series if one.title == title and one.key in results]
         if found:
-            _draw(axes, f"C{number}", title, found, trials)
+            _draw(axes, (f"C{number}", 5.0 - 0.7 * number), title, found, trials)
     axes[0].set_ylabel("repeats that reached the goal [%]")
     axes[0].set_ylim(-5, 105)
     axes[0].legend(fontsize="small", loc="center right")
@@ -30,17 +30,23 @@ def experience_figure(series: list[Series], results: dict, trials: int) -> Figur
         panel.set_ylabel(title)
     for panel in axes:
         panel.set_xlabel("trial")
-        panel.set_xlim(0.5, _last_trial(results, series) + 0.5)
+        panel.set_xscale("log")
+        last = _last_trial(results, series)
+        panel.set_xlim(0.9, max(1.1 * last, 2.0))
+        shown = [number for number in (1, 2, 5, 10, 20, 50, 100, 200, 500) if number <= max(last, 2)]
+        panel.set_xticks(shown, [str(number) for number in shown])
+        panel.minorticks_off()
         panel.grid(alpha=0.3)
     return figure
 
 
-def _draw(axes, color: str, title: str, found: list[list[dict]], trials: int) -> None:
-    """The curves of one mode."""
+def _draw(axes, style: tuple[str, float], title: str, found: list[list[dict]], trials: int) -> None:
+    """The curves of one mode; ``style`` is its color and the width of its line of goals, since these lie on each other."""
+    color, width = style
     won = [failures_before_success(rows) for rows in found]
     numbers = np.arange(1, trials + 1)
     share = [100.0 * np.mean([count is not None and count < k for count in won]) for k in numbers]
-    axes[0].step(numbers, share, where="mid", color=color, label=title)
+    axes[0].step(numbers, share, where="mid", color=color, linewidth=width, label=title)
     for panel, (_, value) in zip(axes[1:], _PANELS, strict=True):
         for rows in found:
             values = [value(row) for row in rows]

@@ -83,10 +83,15 @@ def all_series(
 def run_experience_study(
     series: list[Series], trials: int, planning: PlanningConfig, folder: Path, results: dict, *, workers: int = 1
 ) -> Study:
-    """Runs what is missing in ``results``; see ``run_series``. Series that share a library come one after the other."""
+    """Runs what is missing in ``results``; see ``run_series``. Series that share a library come one after the other.
+
+    Raises:
+        UserInputError: experience that is to be gone on from cannot be used.
+    """
     chains: dict = {}
     for one in series:
         if not _is_complete(results.get(one.key), trials):
+            _library_before(one, planning, folder)
             job = partial(run_series, one, trials, planning, folder)
             chains.setdefault(library_file(one, folder), []).append((one.key, job))
     following = {key: {later: job} for chain in chains.values() for (key, _), (later, job) in pairwise(chain)}
@@ -106,6 +111,15 @@ def library_file(series: Series, folder: Path) -> Path:
     return _journal(series, folder).with_suffix(".npz")
 
 
+def _library_before(series: Series, planning: PlanningConfig, folder: Path) -> ExperienceLibrary:
+    """What is known when a series begins or goes on; raises UserInputError if a file cannot be used."""
+    if not series.learns:
+        return ExperienceLibrary.empty()
+    terrain, store = load_terrain(series.terrain, seed=series.seed), library_file(series, folder)
+    library = first_library(load_robot(series.robot), config_of(series, planning), terrain.fingerprint)
+    return load_library(store, library) if store.exists() else library
+
+
 def _journal(series: Series, folder: Path) -> Path:
     return folder / "series" / f"{series.key.replace('/', '-')}.json"
 
@@ -122,10 +136,7 @@ def run_series(series: Series, trials: int, planning: PlanningConfig, folder: Pa
     course, config = OfflineCourse(robot, terrain), config_of(series, planning)
     journal, store = _journal(series, folder), library_file(series, folder)
     journal.parent.mkdir(parents=True, exist_ok=True)
-    library = first_library(robot, config, terrain.fingerprint)
-    rows = _rows_of(journal)
-    if series.learns and store.exists():
-        library = load_library(store, library)
+    library, rows = _library_before(series, planning, folder), _rows_of(journal)
     if _is_complete({"rows": rows}, trials):
         return _result(series, rows)
     labels = None
@@ -136,7 +147,7 @@ def run_series(series: Series, trials: int, planning: PlanningConfig, folder: Pa
         if not series.learns and _would_be_the_same(rows):
             rows += [{**rows[-1], "repeated": True}] * (trials - len(rows))
         else:
-            row, tries = walker.trial(library if series.learns else ExperienceLibrary.empty(), labels, _in_vain(rows))
+            row, tries = walker.trial(library, labels, _in_vain(rows))
             library = learned(library, tries, config.experience) if series.learns else library
             row.records = len(library)
             rows.append(row.as_dict())

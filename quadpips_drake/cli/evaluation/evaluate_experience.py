@@ -38,6 +38,9 @@ def experience(
     modes: Annotated[str, typer.Option(metavar="A,B", help="Which modes.")] = "none,experience,steppability,both",
     labels: Annotated[str, typer.Option(metavar="A,B", help="Whose labels.")] = "network,exact",
     scope: Annotated[str, typer.Option(metavar="NAME", help="Of the experience: site or general.")] = "site",
+    overhead: Annotated[
+        bool, typer.Option("--overhead", help="Only compare times of searches with and without experience and labels.")
+    ] = False,
     workers: Workers = 1,
     out: Annotated[
         Path, typer.Option(parser=to_directory, metavar="DIR", help="For experience.json, experience.png and libraries.")
@@ -55,6 +58,13 @@ def experience(
     load_terrain(terrain)  # or it says what is wrong with it
     series = study.all_series(name, terrain, modes.split(","), labels.split(","), list(range(seed, seed + repeats)), scope)
     planning = resolve_trial_config(None, {"robot": name}, sets or []).stages.planning
+    if overhead:
+        from quadpips_drake.benchmark.experience.search_overhead import OVERHEAD_COLUMNS, measure_overhead, overhead_rows
+
+        with ResultDirectory(out, ()):
+            found = measure_overhead(name, terrain, list(range(seed, seed + repeats)), planning, out)
+        _print_table(OVERHEAD_COLUMNS, overhead_rows(found))
+        raise typer.Exit(0)
     with ResultDirectory(out, ()):  # what it holds is kept, and added to
         results = load_results(out / study.STORE)
         done = study.run_experience_study(series, trials, planning, out, results, workers=workers)

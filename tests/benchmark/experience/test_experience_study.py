@@ -136,3 +136,15 @@ def test_wrong_options_are_refused_in_one_line(option, value, words, tmp_path):
     status, _, errors = quadpips("evaluate", "experience", option, value, "--out", tmp_path)
     assert (status, errors.count("\n")) == (2, 1)
     assert words in errors
+
+
+def test_experience_that_cannot_be_used_is_refused_before_anything_runs(tmp_path):
+    spoiled = tmp_path / "mine.npz"
+    spoiled.write_bytes(b"PK something")
+    given = f"stages.planning.experience.file={spoiled}"
+    status, _, errors = quadpips(
+        "evaluate", "experience", "--modes", "experience", "--set", given, "--out", tmp_path / "out"
+    )
+    assert (status, errors.count("\n")) == (2, 1)
+    assert "truncated or damaged" in errors
+    assert spoiled.read_bytes() == b"PK something"
