@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 _STYLE = """
 body { font: 15px/1.4 system-ui, sans-serif; margin: 24px; color: #222; background: #fff; }
-table { border-collapse: collapse; margin: 8px 0 24px; }
+table { border-collapse: collapse; margin: 8px 0 24px; display: block; overflow-x: auto; }
 th, td { padding: 2px 14px 2px 0; text-align: right; border-bottom: 1px solid #ddd; vertical-align: top; }
 .text { text-align: left; }
 .bar { display: inline-block; height: 10px; background: #4a7fb5; }

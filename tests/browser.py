@@ -32,3 +32,10 @@ def complaints(page) -> list[str]:
     page.on("console", lambda message: found.append(message.text) if message.type == "error" else None)
     page.on("pageerror", lambda error: found.append(str(error)))
     return found
+
+
+def requests_of(page) -> list[str]:
+    """A list that grows with each address that ``page`` asks for; what lies in the page itself (data:, blob:) is none."""
+    asked: list[str] = []
+    page.on("request", lambda request: None if request.url.startswith(("data:", "blob:")) else asked.append(request.url))
+    return asked

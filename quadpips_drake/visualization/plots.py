@@ -16,7 +16,7 @@ from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.legs import JOINTS_PER_LEG, Leg
 from quadpips_drake.visualization.colors import BASE_REFERENCE_COLOR, LEG_COLORS
-from quadpips_drake.visualization.terrain_picture import draw_terrain, view_of
+from quadpips_drake.visualization.terrain_picture import draw_goal, draw_start, draw_terrain, view_of
 
 JOINT_KINDS = ("HAA", "HFE", "KFE")
 _REFERENCE_STYLE = {"color": BASE_REFERENCE_COLOR, "linestyle": "--", "linewidth": 1.0}
@@ -44,15 +44,22 @@ def save_plots(log: Mapping, directory: str | Path, *, terrain: Terrain | None =
     return [directory / f"{name}.png" for name in figures]
 
 
-def path_figure(log: Mapping, terrain: Terrain | None = None) -> Figure:
-    """The way of the base from above, with the touch-downs (dots) and the planned footholds (rings), over the terrain."""
+def path_figure(log: Mapping, terrain: Terrain | None = None, *, goal: bool = True) -> Figure:
+    """The way of the base from above, with the touch-downs (dots) and the planned footholds (rings), over the terrain.
+
+    ``goal``: whether the robot was on its way to the terrain's goal; else this is not shown.
+    """
     figure = Figure(figsize=(10, 5.5), layout="constrained")
     axes = figure.subplots()
     path = np.asarray(log["p_WB"])
     if terrain is not None:
-        low, high = path[:, :2].min(axis=0) - 0.8, path[:, :2].max(axis=0) + 0.8
-        x_min, x_max, y_min, y_max = view_of(terrain, margin=1.0)
-        draw_terrain(axes, terrain, view=(min(x_min, low[0]), max(x_max, high[0]), min(y_min, low[1]), max(y_max, high[1])))
+        view = _view_of_path(path[:, :2], terrain, goal)
+        draw_terrain(axes, terrain, view=view, ends=False)
+        draw_start(axes, terrain)
+        if goal:
+            draw_goal(axes, terrain)
+        # No more paper than the terrain needs.
+        figure.set_figheight(float(np.clip(9.2 * (view[3] - view[2]) / (view[1] - view[0]) + 0.7, 2.5, 10.0)))
     if "foothold_position" in log:
         for leg in Leg:
             planned = np.asarray(log["foothold_position"])[np.asarray(log["foothold_leg"]) == leg]
@@ -68,6 +75,16 @@ def path_figure(log: Mapping, terrain: Terrain | None = None) -> Figure:
     axes.set_ylabel("y [m]")
     axes.legend(loc="upper left", fontsize=8, framealpha=0.9)
     return figure
+
+
+def _view_of_path(path: np.ndarray, terrain: Terrain, goal: bool) -> tuple[float, float, float, float]:
+    """x_min, x_max, y_min, y_max [m]: a path (n, 2) with a margin, and what matters of the terrain."""
+    seen = np.vstack((path[np.isfinite(path).all(axis=1)], terrain.start[:2]))
+    low, high = seen.min(axis=0) - 0.8, seen.max(axis=0) + 0.8
+    if goal:
+        x_min, x_max, y_min, y_max = view_of(terrain, margin=1.0)
+        low, high = np.minimum(low, (x_min, y_min)), np.maximum(high, (x_max, y_max))
+    return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
 
 def base_figure(log: Mapping) -> Figure:

@@ -50,7 +50,8 @@ def draw_terrain(axes: Axes, terrain: Terrain, *, view=None, resolution: float =
     image, scale = _height_image(terrain, x, y)
     axes.imshow(image, origin="lower", extent=(x_min, x_max, y_min, y_max), interpolation="nearest", zorder=0)
     if ends:
-        draw_start_and_goal(axes, terrain)
+        draw_start(axes, terrain)
+        draw_goal(axes, terrain)
     axes.set_aspect("equal")
     axes.set_xlim(x_min, x_max)
     axes.set_ylim(y_min, y_max)
@@ -59,8 +60,8 @@ def draw_terrain(axes: Axes, terrain: Terrain, *, view=None, resolution: float =
     return scale
 
 
-def draw_start_and_goal(axes: Axes, terrain: Terrain):
-    """Marks start (an arrow along its yaw) and goal (a circle of the distance that counts as reached)."""
+def draw_start(axes: Axes, terrain: Terrain) -> None:
+    """Marks the start: an arrow along its yaw."""
     x, y, yaw = terrain.start
     axes.plot(x, y, "o", color=START_COLOR, markersize=6, markeredgecolor="white", zorder=9, label="start")
     arrow = FancyArrow(
@@ -68,6 +69,10 @@ def draw_start_and_goal(axes: Axes, terrain: Terrain):
         facecolor=START_COLOR, edgecolor="white", linewidth=0.5, zorder=8,
     )  # fmt: skip
     axes.add_patch(arrow)
+
+
+def draw_goal(axes: Axes, terrain: Terrain) -> None:
+    """Marks the goal with a circle of the distance that counts as reached."""
     angle = np.linspace(0, 2 * np.pi, 60)
     circle = terrain.goal + GOAL_TOLERANCE * np.column_stack((np.cos(angle), np.sin(angle)))
     axes.plot(*circle.T, color=GOAL_COLOR, linewidth=1.6, zorder=8)

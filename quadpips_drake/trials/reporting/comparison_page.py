@@ -15,7 +15,7 @@ from quadpips_drake.trials.reporting.overview_figure import thinned
 from quadpips_drake.trials.reporting.post_mortem import PostMortem
 from quadpips_drake.trials.reporting.report_page import REPORT
 from quadpips_drake.trials.reporting.trial_record import TrialRecord
-from quadpips_drake.trials.reporting.words import verdict
+from quadpips_drake.trials.reporting.words import counted, verdict
 
 MOST = 12
 """So many trials can be compared."""
@@ -61,7 +61,7 @@ def _rows(trials: list[Examined]) -> Iterator[tuple[str, list[str]]]:
     yield "real-time factor", cells(lambda record, _: f"{record.result.realtime_factor:.2f}")
     yield "plans after the first", cells(lambda record, _: str(record.result.replans))
     for name in ("events", "fallbacks", "footholds"):
-        yield name, cells(lambda record, _, name=name: _counts(getattr(record.result, name)))
+        yield name, cells(lambda record, _, name=name: counted(getattr(record.result, name)))
     yield "largest tilt", cells(_with_log(lambda record: f"{np.nanmax(np.abs(record.log['rpy_WB'][:, :2])):.2f} rad"))
     yield "largest torque", cells(_with_log(lambda record: _shown(largest_torque(record), "{:.0%} of its limit")))
     yield "mass on the feet", cells(_with_log(lambda record: _shown(mass_of(record), "{:.1f} kg")))
@@ -82,10 +82,6 @@ def _with_log(of):
 
 def _shown(value: float | None, form: str = "{:.2f}") -> str:
     return "" if value is None else form.format(value)
-
-
-def _counts(entries: dict) -> str:
-    return ", ".join(f"{str(key).replace('_', ' ')} {value}" for key, value in entries.items() if value) or "none"
 
 
 def _overlay(records: list[TrialRecord]) -> Figure:

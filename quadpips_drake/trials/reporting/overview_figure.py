@@ -68,8 +68,10 @@ def _draw_bands(axes: Axes, case: Case, log: Mapping) -> None:
         phases = list(PlannerPhase)
         names = {k: str(phase).replace("_", " ") for k, phase in enumerate(phases)}
         _draw_spans(axes, log["time"], log["phase"], names)
+        axes.set_ylabel("phase")
     elif "gait" in log:
         _draw_spans(axes, log["time"], log["gait"], {gait_number(name): name for name in gait_names()})
+        axes.set_ylabel("gait")
     marks = {
         "plan": ([time for time, text in case.notes(PLAN) if ": none" not in text], "v", _PLAN_COLOR),
         "no plan": ([time for time, text in case.notes(PLAN) if ": none" in text], "X", _FIRST_COLOR),

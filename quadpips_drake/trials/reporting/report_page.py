@@ -12,7 +12,7 @@ from quadpips_drake.trials.reporting.overview_figure import overview_figure, thi
 from quadpips_drake.trials.reporting.post_mortem import PostMortem
 from quadpips_drake.trials.reporting.trial_record import CONFIG, LOG, RESULT, TrialRecord
 from quadpips_drake.trials.reporting.way_figure import way_figure
-from quadpips_drake.trials.reporting.words import verdict
+from quadpips_drake.trials.reporting.words import counted, verdict
 from quadpips_drake.visualization.plots import feet_figure, torque_figure
 
 REPORT = "report.html"
@@ -63,8 +63,7 @@ def _facts(record: TrialRecord) -> Iterator[tuple[str, str]]:
         yield "distance to the goal", f"{distance:.2f} m at the end" if np.isfinite(distance) else "not known"
     counts = (("events", result.events), ("fallbacks", result.fallbacks), ("footholds", result.footholds))
     for name, entries in counts:
-        told = ", ".join(f"{str(key).replace('_', ' ')} {value}" for key, value in entries.items() if value)
-        yield name, told or "none"
+        yield name, counted(entries)
     for spawned in result.spawned[:20]:
         yield "appeared", ", ".join(f"{key} {value}" for key, value in spawned.items()) if isinstance(spawned, dict) else "?"
     yield "computed", f"{result.wall_time:.1f} s, {result.realtime_factor:.2f} times real time"

@@ -13,7 +13,7 @@ _FIRST_COLOR, _APPEARED_COLOR = (0.85, 0.10, 0.15), "tab:orange"
 def way_figure(case: Case, first: Finding | None = None) -> Figure:
     """Returns the picture of the way over the terrain; a cross is where the base was when ``first`` began."""
     log = thinned(case.log)
-    figure = path_figure(log, case.record.terrain)
+    figure = path_figure(log, case.record.terrain, goal=not case.record.is_walk)
     (axes,) = figure.axes
     log = case.log
     for low, high in zip(log.get("appeared_low", ()), log.get("appeared_high", ()), strict=True):

@@ -16,6 +16,7 @@ _ENDS = {
     "interrupted": "was interrupted",
     "error": "broke off",
 }
+_LANDING = {"landing_error_p50": "median landing error [m]", "landing_error_max": "largest [m]"}
 
 
 def verdict(record: TrialRecord, found: PostMortem | None) -> str:
@@ -29,6 +30,12 @@ def verdict(record: TrialRecord, found: PostMortem | None) -> str:
     if first is None:
         return f"{what}{detail}."
     return f"{what}{detail}, most likely because of {_article(first.cause)}: {first.text}."
+
+
+def counted(entries: dict) -> str:
+    """What was counted, events for example, and how far feet came down beside their footholds."""
+    names = {key: _LANDING.get(key, str(key).replace("_", " ")) for key in entries}
+    return ", ".join(f"{names[key]} {value}" for key, value in entries.items() if value) or "none"
 
 
 def _article(cause: str) -> str:

@@ -10,15 +10,17 @@ import pytest
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.reporting import report
+from quadpips_drake.trials.reporting.case import Case
 from quadpips_drake.trials.reporting.comparison_page import comparison_page
 from quadpips_drake.trials.reporting.overview_figure import thinned
 from quadpips_drake.trials.reporting.post_mortem import post_mortem_of
 from quadpips_drake.trials.reporting.report import compare, tell
 from quadpips_drake.trials.reporting.report_page import report_page
-from quadpips_drake.trials.reporting.words import last_lines, verdict
+from quadpips_drake.trials.reporting.way_figure import way_figure
+from quadpips_drake.trials.reporting.words import counted, last_lines, verdict
 from tests.cli.test_commands import quadpips
 from tests.trials.explaining.test_trial_explanation import Reader
-from tests.trials.reporting.hand_made import ROBOT, falling, noting, record, sliding, standing_log, with_sight
+from tests.trials.reporting.hand_made import FLAT, ROBOT, falling, noting, record, sliding, standing_log, with_sight
 from tests.trials.toy_trial import ToyConfig, ToyTrial
 
 
@@ -101,6 +103,20 @@ def test_the_last_lines_say_the_same():
     assert (look, repeat) == ("look at:   station; a.b, c", "repeat:    again")
     assert verdict(trial, found) == tell(trial, found)[0]
     assert last_lines(trial.result, "again") == []
+
+
+def test_the_way_of_a_walk_leads_to_no_goal():
+    for walk in (True, False):
+        (axes,) = way_figure(Case(record(standing_log(), "upright", walk=walk))).axes
+        names = {text.get_text() for text in axes.get_legend().get_texts()}
+        assert ("goal" in names, "start" in names) == (not walk, True)
+        assert axes.get_xlim()[1] == pytest.approx(0.8) if walk else axes.get_xlim()[1] > FLAT.goal[0]
+
+
+def test_errors_of_landing_are_told_with_their_unit():
+    told = counted({"planned": 4, "missed": 0, "landing_error_p50": 0.0017, "landing_error_max": None})
+    assert told == "planned 4, median landing error [m] 0.0017"
+    assert counted({}) == "none"
 
 
 def test_a_long_log_is_drawn_thin_but_to_its_end():
