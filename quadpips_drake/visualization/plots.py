@@ -59,7 +59,9 @@ def path_figure(log: Mapping, terrain: Terrain | None = None, *, goal: bool = Tr
         if goal:
             draw_goal(axes, terrain)
         # No more paper than the terrain needs.
-        figure.set_figheight(float(np.clip(9.2 * (view[3] - view[2]) / (view[1] - view[0]) + 0.7, 2.5, 10.0)))
+        width, height = view[1] - view[0], view[3] - view[2]
+        scale = min(9.2 / width, 5.5 / height)
+        figure.set_size_inches(max(scale * width + 0.8, 5.0), max(scale * height + 0.7, 2.5))
     if "foothold_position" in log:
         for leg in Leg:
             planned = np.asarray(log["foothold_position"])[np.asarray(log["foothold_leg"]) == leg]
