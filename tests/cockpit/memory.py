@@ -2,7 +2,7 @@
 
 A Go2 walks in circles as fast as it can be simulated, is pushed, and layers are switched; another process is the page and
 the 3-D view at once: it reads all that either is sent. Every few seconds time stands still and the heap is measured: what is
-in use (glibc's mallinfo2), and what the process holds, which comes and goes by tens of MB with what the allocator keeps free.
+in use (glibc's mallinfo2), and what the process holds, which comes and goes by tens of MB with what the allocator keeps.
 """
 
 import argparse

@@ -10,7 +10,7 @@ from quadpips_drake.benchmark.experience.collisions import first_contact
 from quadpips_drake.benchmark.experience.course import OfflineCourse
 from quadpips_drake.diagrams.planning_module import PlanningConfig
 from quadpips_drake.planning.experience.edge_experience import EdgeExperience
-from quadpips_drake.planning.experience.learning import TriedSwing, tried_swing, tried_swings
+from quadpips_drake.planning.experience.learning import TriedSwing, learned, tried_swing, tried_swings
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.planning.start_stance import state_at_start
 from quadpips_drake.planning.torso.subgoals import Exploration
@@ -76,10 +76,13 @@ class Walker:
     def _warm_up(self):
         """Loads the compiled code of the searches; and what was loaded so far is no garbage: looking through it takes 0.1 s,
         which would count for whichever search is under way."""
-        state = self.course.start_state()
+        state, settings = self.course.start_state(), self.config.experience
         row, goal = TrialRow(), np.asarray(self.course.terrain.goal)
         path = self._torso_path(state, goal, 1, 0, Exploration().standing_at((*state.p_WB[:2], 0.0), goal))
-        self._footholds(state, path, None, None, row)
+        plan = self._footholds(state, path, None, None, row)
+        if plan.success:
+            known = learned(ExperienceLibrary(settings.scope), [tried_swing(plan, 0, SwingOutcome.FAILED, np.nan)], settings)
+            self._footholds(state, path, None, EdgeExperience.of(known, settings), row)
         gc.collect()
         gc.freeze()
 

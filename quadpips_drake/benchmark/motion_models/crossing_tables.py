@@ -67,7 +67,7 @@ def table_of_crossings(results: dict, crossings: list[Crossing]) -> str:
         "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for group in dict.fromkeys(crossing.group for crossing in crossings):
-        robot, terrain, model, horizon, map_, sets = group
+        robot, terrain, model, horizon, map_, more = group
         found = [results[c.key] for c in crossings if c.group == group and c.key in results]
         if not found:
             continue
@@ -76,7 +76,7 @@ def table_of_crossings(results: dict, crossings: list[Crossing]) -> str:
             robot,
             terrain,
             map_,
-            f"{model} {sets}".strip(),
+            f"{model} {more}".strip(),
             horizon if horizon != "0" else "-",
             _rate([trial["success"] for trial in found]),
             _rate([trial["clean"] for trial in found]),

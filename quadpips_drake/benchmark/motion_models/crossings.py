@@ -25,6 +25,8 @@ MAPS = {"oracle": "oracle", "camera": "superpixels"}
 """The source of regions, and with it of the map, by the name of the map."""
 DURATION = 40.0
 """Longest time of a crossing [s]."""
+PUSH_TIME, PUSH_DURATION = 4.0, 0.1
+"""When a push begins, about at the first gap, and how long it lasts [s]."""
 CLEAN_DEPTH = 0.05
 """A crossing is clean if no foot was ever further below walkable ground [m]."""
 
@@ -43,6 +45,8 @@ class Crossing:
     seed: int
     sets: tuple[str, ...] = ()
     """Further settings, KEY=VALUE."""
+    push: float = 0.0
+    """On the base, to the left in W, at PUSH_TIME [N s]."""
 
     @property
     def key(self) -> str:
@@ -52,11 +56,15 @@ class Crossing:
     @property
     def group(self) -> tuple[str, ...]:
         """Crossings that differ in nothing but the seed."""
-        return (self.robot, self.terrain, self.model, str(self.horizon), self.map, " ".join(self.sets))
+        pushed = (f"push {self.push:g}",) if self.push else ()
+        return (self.robot, self.terrain, self.model, str(self.horizon), self.map, " ".join([*pushed, *self.sets]))
 
     def config(self) -> TrialConfig:
         """What is run."""
         options = {"robot": self.robot, "terrain": self.terrain, "seed": self.seed, "duration": DURATION}
+        if self.push:
+            force = [0.0, self.push / PUSH_DURATION, 0.0]
+            options["pushes"] = [{"force": force, "time": PUSH_TIME, "duration": PUSH_DURATION}]
         sets = [f"stages.region_source={MAPS[self.map]}"]
         if self.model == QUADPIPS:
             return resolve_config(TrialConfig, None, {**options, "planner": QUADPIPS}, [*sets, *self.sets])
@@ -68,11 +76,11 @@ class Crossing:
 
 def crossings_of(
     robots: Iterable[str], terrains: Iterable[str], horizons: Iterable[int], models: Iterable[str], maps: Iterable[str],
-    seeds: Iterable[int], sets: tuple[str, ...] = (),
+    seeds: Iterable[int], sets: tuple[str, ...] = (), push: float = 0.0,
 ) -> list[Crossing]:  # fmt: skip
     """All of them, seed by seed, so that an interrupted study has some of everything."""
     return [
-        Crossing(robot, terrain, model, horizon, map_, seed, sets)
+        Crossing(robot, terrain, model, horizon, map_, seed, sets, push)
         for seed in seeds
         for robot in robots
         for terrain in terrains

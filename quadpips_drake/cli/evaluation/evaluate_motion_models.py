@@ -20,6 +20,8 @@ Examples:
 
   quadpips evaluate motion-models --models learned,ideal,kinematic,blind,quadpips --horizons 7
 
+  quadpips evaluate motion-models --push 10 --robots anymal_c --horizons 7
+
 Models: learned; ideal (a command is followed at once); kinematic (a white box: slew limit and Raibert's rule); blind
 (0.4 m/s, nobody looks); quadpips (the planner with regions, for comparison). What has been computed is kept in
 DIR/crossings.json and not computed again, after Ctrl-C too.
@@ -35,6 +37,9 @@ def motion_models(
     models: Annotated[str, typer.Option(metavar="A,B", help="What is believed of the walk.")] = "learned",
     map_: Annotated[str, typer.Option("--map", metavar="A,B", help="Where the map comes from: oracle, camera.")] = "oracle",
     seeds: Annotated[str, typer.Option(metavar="N,N,...", help="Seeds of the crossings.")] = "110,111,112,113,114",
+    push: Annotated[
+        float, typer.Option(min=0.0, max=1000.0, metavar="X", help="Push all robots to the left on their way, N s.")
+    ] = 0.0,
     sets: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value in all; may be repeated.")
     ] = None,
@@ -56,7 +61,7 @@ def motion_models(
         map_.split(","),
     )
     study.check_models(chosen[0], chosen[3], chosen[4])
-    crossings = study.crossings_of(*chosen, known_seeds(seeds), tuple(sets or ()))
+    crossings = study.crossings_of(*chosen, known_seeds(seeds), tuple(sets or ()), push)
     crossings[0].config()  # refuses settings that make no sense
     with ResultDirectory(out, ()):  # what it holds is kept, and added to
         results = load_results(out / study.STORE)

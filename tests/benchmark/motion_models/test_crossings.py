@@ -57,6 +57,13 @@ def test_their_configurations():
     assert "slow_trot" in camera.key
 
 
+def test_pushes_are_part_of_a_crossing():
+    (pushed,) = crossings_of(["anymal_c"], ["gaps_symmetric"], [7], ["blind"], ["oracle"], [0], push=10.0)
+    (push,) = pushed.config().pushes
+    assert push.force == [0.0, 100.0, 0.0] and push.duration == 0.1
+    assert "push 10" in pushed.key and pushed.key != some(("blind",), seeds=(0,))[0].key
+
+
 def test_what_is_there_is_not_computed_again(tmp_path):
     crossings = some()
     results = {crossing.key: result() for crossing in crossings}

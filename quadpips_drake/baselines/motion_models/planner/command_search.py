@@ -5,6 +5,7 @@ children are what the motion models predict for each action; those with an unsaf
 the paper is said in docs/motion_models.md.
 """
 
+from copy import copy
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -165,6 +166,17 @@ class CommandSearch:
         self._actions = _learned(self._config.actions(), models)
         steps, least = self._config.horizon, self._config.clearance
         self._clearances = [clearances(models, swing, steps, least, self._config.clearance_sigmas) for swing in (0, 1)]
+
+    @property
+    def models(self) -> MotionModels:
+        """With which it searches."""
+        return self._models
+
+    def believing(self, models: MotionModels) -> "CommandSearch":
+        """The same search with other models of the same walk."""
+        other = copy(self)
+        other._models = models
+        return other
 
     def plan(self, start: StepState, heights: np.ndarray, turn: float, costmap: FootCostmap, goal, line: Line, **labels):
         """The best plan from ``start``; one whose kind is NONE and whose reason says why, if there is none.
