@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from quadpips_drake.baselines.heuristic_module import HeuristicConfig, HeuristicModule
-from quadpips_drake.baselines.motion_models.motion_models_module import MotionModelsConfig, MotionModelsModule
+from quadpips_drake.baselines.motion_models.planner.motion_models_module import MotionModelsConfig, MotionModelsModule
 from quadpips_drake.control.mpc.mpc_config import walking_mpc
 from quadpips_drake.diagrams.planning_module import PlanningConfig, PlanningModule
 from quadpips_drake.framework.registry import Registry
@@ -26,6 +26,8 @@ class PlannerSetup:
     """TrackingConfig of what follows the reference."""
     truth: Terrain | None = None
     """The true world, where regions are exact, too; for oracles. None: what there is to know comes from sensors."""
+    site: str = ""
+    """Fingerprint of the terrain: whether what a planner remembers of places is about this one."""
 
 
 planners = Registry("planner", "quadpips_drake.planners")
@@ -48,7 +50,7 @@ behind a planner knows which one it is."""
 
 
 def _quadpips(setup: PlannerSetup) -> PlanningModule:
-    return PlanningModule(setup.robot, setup.config, timings=setup.timings)
+    return PlanningModule(setup.robot, setup.config, timings=setup.timings, site=setup.site)
 
 
 planners.add(

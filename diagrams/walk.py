@@ -120,11 +120,7 @@ class WalkDiagram(Diagram):
         truth, state = add_state_estimate(builder, config.state_estimator, setup, sensors)
         builder.Connect(state, self.reference.GetInputPort("robot_state"))
         self._connect_command(builder, state)
-        builder.Connect(state, self.tracking.GetInputPort("robot_state"))
-        builder.Connect(self.reference.GetOutputPort("reference"), self.tracking.GetInputPort("reference"))
-        builder.Connect(self.tracking.GetOutputPort("safety_status"), self.reference.GetInputPort("safety_status"))
-        for name in ("feedforward_torque", "desired_joint_state"):
-            builder.Connect(self.tracking.GetOutputPort(name), self.station.GetInputPort(name))
+        self._connect_tracking(builder, state)
         if pushes or live:
             self.pushes = add_pushes(builder, self.station, pushes)
         if meshcat is not None:
@@ -136,6 +132,13 @@ class WalkDiagram(Diagram):
     def set_initial_state(self, root_context, start) -> None:
         """Stands the robot on the terrain at ``start`` (x, y [m], yaw [rad]); raises UserInputError where it cannot."""
         self.station.set_initial_state(root_context, *start)
+
+    def _connect_tracking(self, builder: DiagramBuilder, state) -> None:
+        builder.Connect(state, self.tracking.GetInputPort("robot_state"))
+        builder.Connect(self.reference.GetOutputPort("reference"), self.tracking.GetInputPort("reference"))
+        builder.Connect(self.tracking.GetOutputPort("safety_status"), self.reference.GetInputPort("safety_status"))
+        for name in ("feedforward_torque", "desired_joint_state"):
+            builder.Connect(self.tracking.GetOutputPort(name), self.station.GetInputPort(name))
 
     def _connect_command(self, builder: DiagramBuilder, state) -> None:
         if self.command.HasInputPort("robot_state"):

@@ -11,20 +11,21 @@ from quadpips_drake.diagrams.planners import planners
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram, stages_type
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.faults.push_system import Push
+from quadpips_drake.planning.experience.experience_file import save_library
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.placement import problem_with_goal
 from quadpips_drake.terrain.terrain import Element, Terrain
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trials.foothold_statistics import ends_in_force, foothold_statistics, swing_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
 from quadpips_drake.trials.simulated_trial import RECENT_TIMINGS, SimulatedTrial, SimulationConfig, problem_with_trial_start
 from quadpips_drake.trials.spawning.spawner import Spawner, parse_spawns
-from quadpips_drake.trials.touch_downs import touch_down_statistics
+from quadpips_drake.trials.steps.foothold_statistics import ends_in_force, foothold_statistics, swing_statistics
+from quadpips_drake.trials.steps.touch_downs import touch_down_statistics
+from quadpips_drake.trials.steps.walk_statistics import FootholdBook
 from quadpips_drake.trials.trial_options import default_stages, planner_wishes
-from quadpips_drake.trials.walk_statistics import FootholdBook
 from quadpips_drake.trials.watching.notes import NoteTaker
 from quadpips_drake.trials.watching.sight import Sight
 from quadpips_drake.trials.watching.tracking_row import tracking_row
@@ -178,6 +179,11 @@ class Trial(SimulatedTrial):
         if verdict is None and status.gave_up:
             verdict = Verdict("no_plan", status.reason)
         return verdict
+
+    def further_files(self) -> dict:
+        """The experience, where there is any."""
+        library = self._of_planner("experience")
+        return {} if library is None else {"experience.npz": lambda path: save_library(path, library)}
 
     def _foothold_plan(self):
         """The FootholdPlan of the last request; None where the planner has no such port."""

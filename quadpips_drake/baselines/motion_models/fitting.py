@@ -73,9 +73,7 @@ def _check_variety(x: np.ndarray, used: np.ndarray) -> None:
     spread = x[:, columns].std(axis=0)
     still = [INPUT_NAMES[column] for column, value in zip(columns, spread, strict=True) if value < LEAST_SPREAD]
     if still:
-        raise UserInputError(
-            f"the data tell nothing of what never varied in them: {', '.join(still)}; collect other commands"
-        )
+        raise UserInputError(f"in the data these never varied: {', '.join(still)}; collect other commands")
     _, values, directions = np.linalg.svd((x[:, columns] - x[:, columns].mean(axis=0)) / spread, full_matrices=False)
     if values[-1] < _LEAST_RATIO * values[0]:
         bound = [INPUT_NAMES[columns[i]] for i in np.flatnonzero(np.abs(directions[-1]) > 0.1)]
@@ -90,10 +88,10 @@ class QuadraticModel:
     """Of the features, (m,)."""
     scale: np.ndarray
     """(m,)"""
-    weights: np.ndarray
-    """(m, OUTPUTS)"""
     offset: np.ndarray
     """(OUTPUTS,)"""
+    weights: np.ndarray
+    """(m, OUTPUTS)"""
 
     def predict_first(self, x: np.ndarray) -> np.ndarray:
         """Outputs (n, OUTPUTS) of swing 0 for inputs (n, INPUTS)."""
@@ -107,7 +105,7 @@ def fit_quadratic(steps: Steps) -> QuadraticModel:
     mean, scale = features.mean(axis=0), np.maximum(features.std(axis=0), LEAST_SPREAD)
     scaled, offset = (features - mean) / scale, y.mean(axis=0)
     weights = np.linalg.solve(scaled.T @ scaled + _RIDGE * len(x) * np.eye(scaled.shape[1]), scaled.T @ (y - offset))
-    return QuadraticModel(mean, scale, weights, offset)
+    return QuadraticModel(mean, scale, offset, weights)
 
 
 def _squares(x: np.ndarray) -> np.ndarray:

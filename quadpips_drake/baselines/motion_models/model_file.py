@@ -38,6 +38,7 @@ def save_models(directory: Path, models: MotionModels, more: dict | None = None)
         "robot": models.robot,
         "gait": models.gait,
         "step_duration": models.step_duration,
+        "top_speed": models.top_speed,
         "sha256": hashlib.sha256(content).hexdigest(),
         "walk": settings_digest(models.settings),
         **(more or {}),
@@ -57,19 +58,26 @@ def load_models(robot: str, gait: str, directory: Path | None = None) -> MotionM
     Raises:
         UserInputError: they are missing, damaged, too large, not finite, or of another robot or gait.
     """
-    if directory is None:
-        directory = _weights() / f"{robot}_{gait}"
-        if (robot, gait) not in shipped_models():
-            known = ", ".join("{} in {}".format(*pair) for pair in shipped_models()) or "none"
-            raise UserInputError(
-                f"no motion models of {robot} in {gait} come with the package (but: {known}); "
-                "make some with 'quadpips motion-models collect' and 'train'"
-            )
+    directory = model_directory(robot, gait, directory)
     models, card = read_models(directory)
     for what, wanted in (("robot", robot), ("gait", gait)):
         if card[what] != wanted:
             raise UserInputError(f"motion models {directory}: they are of the {what} {card[what]}, not {wanted}; {ADVICE}")
     return models
+
+
+def model_directory(robot: str, gait: str, directory: Path | None = None) -> Path:
+    """The ``directory`` itself, or where the models lie that come with the package; UserInputError where there are none."""
+    if directory is not None:
+        return Path(directory)
+    shipped = shipped_models()
+    if (robot, gait) not in shipped:
+        known = ", ".join(f"{name} in {its_gait}" for name, its_gait in shipped) or "none"
+        raise UserInputError(
+            f"no motion models of {robot} in {gait} come with the package (but: {known}); "
+            "make some with 'quadpips motion-models collect' and 'train'"
+        )
+    return _weights() / f"{robot}_{gait}"
 
 
 def check_walk(models: MotionModels, velocity_reference, tracking) -> None:
@@ -94,8 +102,8 @@ def read_models(directory: Path) -> tuple[MotionModels, dict]:
         arrays = _arrays(content)
     except UserInputError as error:
         raise UserInputError(f"motion models {directory}: {error}; {ADVICE}") from None
-    models = MotionModels(card["robot"], card["gait"], float(card["step_duration"]), **arrays, settings=card["settings"])
-    return models, card
+    told = {key: card[key] for key in ("robot", "gait", "step_duration", "top_speed", "settings")}
+    return MotionModels(**told, **arrays), card
 
 
 def _weights() -> Path:
@@ -107,29 +115,38 @@ def _check_card(card, content: bytes) -> None:
         raise UserInputError(f"{CARD} is no card of {FORMAT}, version {VERSION}")
     if card.get("sha256") != hashlib.sha256(content).hexdigest():
         raise UserInputError(f"{WEIGHTS} is not the file that {CARD} was written for: its SHA-256 is another one")
-    kinds = {"robot": str, "gait": str, "step_duration": float, "settings": dict}
+    kinds = {"robot": str, "gait": str, "step_duration": float, "top_speed": float, "settings": dict}
     wrong = [key for key, kind in kinds.items() if not isinstance(card.get(key), kind)]
     if wrong:
         raise UserInputError(f"{CARD} lacks a sound '{wrong[0]}'")
-    if not (math.isfinite(card["step_duration"]) and 0.0 < card["step_duration"] < 10.0):
-        raise UserInputError(f"{CARD}: step_duration must be a positive time in s, not {card['step_duration']}")
+    for key, most in (("step_duration", 10.0), ("top_speed", 100.0)):
+        if not (math.isfinite(card[key]) and 0.0 < card[key] < most):
+            raise UserInputError(f"{CARD}: {key} must be a positive number below {most:g}, not {card[key]}")
 
 
 def _arrays(content: bytes) -> dict[str, np.ndarray]:
     """The arrays of the .npz, checked."""
+    arrays = arrays_in(content, WEIGHTS, _ARRAY_BYTES)
+    for name, shape in _SHAPES.items():
+        array = arrays.get(name)
+        if array is None or array.shape != shape or array.dtype != np.float64:
+            raise UserInputError(f"{WEIGHTS}: '{name}' must be float64 {shape}")
+    return {name: np.ascontiguousarray(arrays[name]) for name in _SHAPES}
+
+
+def arrays_in(content: bytes, name: str, most_bytes: int) -> dict[str, np.ndarray]:
+    """The arrays in an .npz file called ``name``, each of at most ``most_bytes``; UserInputError unless all are finite."""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            if any(entry.file_size > _ARRAY_BYTES for entry in archive.infolist()):
-                raise UserInputError(f"{WEIGHTS} holds arrays that are too large")
+            if any(entry.file_size > most_bytes for entry in archive.infolist()):
+                raise UserInputError(f"{name} holds arrays that are too large")
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            arrays = {name: np.ascontiguousarray(file[name]) for name in _SHAPES}
+            arrays = {key: file[key] for key in file.files}
     except UserInputError:
         raise
     except (OSError, ValueError, LookupError, EOFError, zipfile.BadZipFile, NotImplementedError, MemoryError):
-        raise UserInputError(f"{WEIGHTS} is damaged") from None
-    for name, shape in _SHAPES.items():
-        if arrays[name].shape != shape or arrays[name].dtype != np.float64:
-            raise UserInputError(f"{WEIGHTS}: '{name}' must be float64 {shape}")
-        if not np.isfinite(arrays[name]).all():
-            raise UserInputError(f"{WEIGHTS}: '{name}' holds numbers that are not finite")
+        raise UserInputError(f"{name} is damaged") from None
+    for key, array in arrays.items():
+        if array.dtype.kind != "f" or not np.isfinite(array).all():
+            raise UserInputError(f"{name}: '{key}' holds what is no number, or not finite")
     return arrays

@@ -40,6 +40,8 @@ class MotionModels(ImmutableValue):
     """Of the outputs' errors on data that were not trained on, by swing, (2, OUTPUTS, OUTPUTS)."""
     settings: dict = field(default_factory=dict)
     """The walk that the data were collected from: dotted key -> value, see ``walk_settings``."""
+    top_speed: float = 0.0
+    """Fastest forward command in the data [m/s]; of faster ones nothing is known. The slowest is 0."""
 
     @property
     def cdm(self) -> np.ndarray:

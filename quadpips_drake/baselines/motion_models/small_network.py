@@ -5,11 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quadpips_drake.baselines.motion_models.state import CONSTANT, OUTPUTS
+from quadpips_drake.baselines.motion_models.state import CONSTANT, INPUTS, OUTPUTS
 from quadpips_drake.baselines.motion_models.step_data import Steps
 
-HIDDEN = 32
+HIDDEN = 24
 """Units of each of two layers."""
+LAYER_SHAPES = [(INPUTS - 1, HIDDEN), (HIDDEN,), (HIDDEN, HIDDEN), (HIDDEN,), (HIDDEN, OUTPUTS), (OUTPUTS,)]
+"""Matrix and bias of each layer; the constant is no input."""
 EPOCHS = 400
 """Rounds over the data; what validates best is kept."""
 _BATCH, _RATE, _DECAY = 64, 3e-3, 1e-4
@@ -56,10 +58,9 @@ def fit_network(
     import torch
     from torch import nn
 
-    x, y = train.as_one_pair()
-    x = np.delete(x, CONSTANT, axis=1)
-    scales = [x.mean(axis=0), np.maximum(x.std(axis=0), LEAST_SCALE), y.mean(axis=0), np.maximum(y.std(axis=0), LEAST_SCALE)]
-    data = _tensors(x, y, scales), _tensors(*(part for part in _without_constant(val)), scales)
+    x, y = _without_constant(train)
+    scales = [f for part in (x, y) for f in (part.mean(axis=0), np.maximum(part.std(axis=0), LEAST_SCALE))]
+    data = _tensors(x, y, scales), _tensors(*_without_constant(val), scales)
     rng = torch.Generator().manual_seed(seed)
     network = nn.Sequential(
         nn.Linear(x.shape[1], HIDDEN), nn.Tanh(), nn.Linear(HIDDEN, HIDDEN), nn.Tanh(), nn.Linear(HIDDEN, OUTPUTS)

@@ -107,18 +107,18 @@ def read_manifest_of(directory: Path) -> dict:
     return manifest
 
 
-def read_steps(directory: Path, split: str | None = None) -> Steps:
+def read_steps(directory: Path, split: str | None = None, *, may_be_empty: bool = False) -> Steps:
     """Reads all steps of a split (train, val, test), or of all of them.
 
     Raises:
-        UserInputError: something is missing or damaged, holds NaN, or there is nothing.
+        UserInputError: something is missing or damaged, holds NaN, or there is nothing (unless that ``may_be`` so).
     """
     manifest, parts = read_manifest_of(directory), []
     for number, walk in enumerate(manifest["walks"]):
         if split in (None, walk["split"]):
             parts.append(steps_of(read_rows(Path(directory) / str(walk["file"])), number))
-    steps = join_steps(parts) if parts else None
-    if steps is None or not len(steps):
+    steps = join_steps(parts or [steps_of({})])
+    if not len(steps) and not may_be_empty:
         raise UserInputError(f"--data {directory}: no steps in its split '{split or 'all'}'; collect more minutes")
     return steps
 
@@ -127,13 +127,13 @@ def read_rows(path: Path) -> dict[str, np.ndarray]:
     """Reads the rows of one walk; UserInputError where they are missing, damaged or not finite."""
     try:
         if path.stat().st_size > MAX_WALK_BYTES:
-            raise UserInputError(f"{path}: larger than {MAX_WALK_BYTES / 1e6:g} MB")
+            raise OverflowError
         with np.load(path, allow_pickle=False) as file:
             rows = {name: file[name] for name in ROWS if name in file}
     except FileNotFoundError:
-        raise UserInputError(
-            f"{path}: missing; complete the data with 'quadpips motion-models collect ... --resume'"
-        ) from None
+        raise UserInputError(f"{path}: missing; run 'quadpips motion-models collect ... --resume'") from None
+    except OverflowError:
+        raise UserInputError(f"{path}: larger than {MAX_WALK_BYTES / 1e6:g} MB") from None
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, NotImplementedError, MemoryError):
         raise UserInputError(f"{path}: damaged; {_REPAIR}") from None
     if not rows:
@@ -141,9 +141,7 @@ def read_rows(path: Path) -> dict[str, np.ndarray]:
     count = len(rows.get("stamp", ()))
     for name, shape in ROWS.items():
         if name not in rows or rows[name].shape != (count, *shape) or rows[name].dtype.kind not in "fiub":
-            raise UserInputError(
-                f"{path}: damaged ('{name}'); delete it and run 'quadpips motion-models collect ... --resume'"
-            )
+            raise UserInputError(f"{path}: damaged ('{name}'); {_REPAIR}")
         if not np.isfinite(rows[name]).all():
             raise UserInputError(f"{path}: '{name}' holds NaN or infinity; {_REPAIR}")
     if not np.isin(rows["swing"], (0, 1)).all():

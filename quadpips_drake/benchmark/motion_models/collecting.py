@@ -26,7 +26,7 @@ from quadpips_drake.terrain.environments.flat import flat
 from quadpips_drake.terrain.environments.uneven import bumps
 from quadpips_drake.trials.trial_options import resolve_config
 from quadpips_drake.trials.walk_trial import WalkTrialConfig
-from quadpips_drake.worker_pool import JobFailed, run_jobs
+from quadpips_drake.worker_pool import JobFailed, Outcome, run_jobs
 
 WALK_TIME = 20.0
 """Of the steps of one walk [s]."""
@@ -53,6 +53,8 @@ class Collection:
     """Of that ground: columns end within so much of z = 0 [m]."""
     sets: tuple[str, ...] = ()
     """Settings of the walk, as --set texts."""
+    walk_time: float = WALK_TIME
+    """Of the steps of one walk [s]."""
 
     def __post_init__(self):
         if self.gait not in GAITS_WITH_PAIRS:
@@ -64,10 +66,14 @@ class Collection:
         """Half a cycle of the gait [s]."""
         return 0.5 * load_gait(self.gait).duration
 
+    @property
+    def steps(self) -> int:
+        """Of one walk."""
+        return round(self.walk_time / self.step_duration)
+
     def config(self, number: int) -> WalkTrialConfig:
         """The configuration of walk ``number``."""
-        steps = round(WALK_TIME / self.step_duration)
-        options = {"robot": self.robot, "gait": self.gait, "duration": longest_time(steps, self.step_duration)}
+        options = {"robot": self.robot, "gait": self.gait, "duration": longest_time(self.steps, self.step_duration)}
         # Of a walk's random numbers none are used twice, whatever seeds two datasets have.
         options["seed"] = int(np.random.default_rng([self.seed, number]).integers(2**31))
         walk = f"stages.velocity_reference.max_acceleration={MAX_ACCELERATION}"
@@ -75,9 +81,8 @@ class Collection:
 
     def walks(self) -> list[PlannedWalk]:
         """All its walks."""
-        steps, number = round(WALK_TIME / self.step_duration), max(1, round(60.0 * self.minutes / WALK_TIME))
-        speeds = speeds_up_to(self.top_speed)
-        return plan_walks(number, steps, speeds, self.seed, feasible=self._legs(), bumpy_share=self.bumpy_share)
+        number, speeds = max(1, round(60.0 * self.minutes / self.walk_time)), speeds_up_to(self.top_speed)
+        return plan_walks(number, self.steps, speeds, self.seed, feasible=self._legs(), bumpy_share=self.bumpy_share)
 
     @property
     def top_speed(self) -> float:
@@ -101,7 +106,8 @@ def collect(
 ) -> Iterator[tuple[int, int, int]]:
     """Collects into ``directory``; yields (walks done, walks in all, falls in this call) at first and after each walk.
 
-    With ``resume`` the walks that an interrupted call with the same arguments has written are kept.
+    With ``resume`` the walks that an interrupted call with the same arguments has written are kept. Without ``workers`` it
+    walks in this process.
 
     Raises:
         UserInputError: the directory holds other data, or some and ``resume`` is not set.
@@ -114,7 +120,7 @@ def collect(
     done, falls, lost = len(walks) - len(missing), 0, []
     yield done, len(walks), falls
     jobs = {walk.number: partial(_walk_into, Path(directory), collection, walk) for walk in missing}
-    with closing(run_jobs(jobs, workers=workers)) as outcomes:
+    with closing(run_jobs(jobs, workers=workers) if workers else _here(jobs)) as outcomes:
         for outcome in outcomes:
             if isinstance(outcome.error, JobFailed):
                 lost.append(f"walk {outcome.key}: {outcome.error}")
@@ -125,6 +131,12 @@ def collect(
             yield done, len(walks), falls
     if lost:
         raise JobFailed(f"{len(lost)} of {len(walks)} walks are missing ({lost[0]})")
+
+
+def _here(jobs: dict) -> Iterator[Outcome]:
+    """Does the jobs one after the other, in this process."""
+    for key, job in jobs.items():
+        yield Outcome(key, job())
 
 
 def walk_rows(collection: Collection, walk: PlannedWalk) -> tuple[dict[str, np.ndarray], str]:

@@ -25,7 +25,7 @@ MOST_STEPS = 6
 MOST_WALKS = 2000
 """More are not planned."""
 SPLITS = ("train", "val", "test")
-_SPLIT_CYCLE = ("train", "train", "test", "train", "train", "val", "train", "train")
+_SPLIT_CYCLE = ("train", "train", "val", "train", "train", "test", "train", "train")
 
 
 @dataclass(frozen=True)

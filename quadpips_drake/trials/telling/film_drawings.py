@@ -55,7 +55,8 @@ class FilmDrawings:
             self._draw_footholds(context, np.flatnonzero((due > time - _AGO) & (due < time + _SOON)))
         else:
             self._draw_plan(context, time)
-        self._draw_pushes(context, time)
+        if self._files.config.pushes:
+            self._draw_pushes(context, time)
         if region_set is not None and region_set.regions and self._is_new("regions", int(time / REGION_PERIOD + 1e-6)):
             self._meshes.show(context, "regions", region_mesh(region_set, varied=False))
 

@@ -1,13 +1,18 @@
 """Steps are found in the contacts, whatever trot it is, and not in bounces."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from quadpips_drake.baselines.motion_models.exchange import NOBODY, SAMPLE_RATE, ExchangeMemory, look_for_exchange
+from quadpips_drake.baselines.motion_models.state import PAIRS
 from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.values.legs import Leg
 
 START = 0.5
+RECORDED = Path(__file__).with_name("recorded_contacts.npz")
+"""Contacts of Go2 at SAMPLE_RATE in two walks of some seconds, which change speed, and the touch-downs that were planned."""
 
 
 def steps_in(contacts) -> list[tuple[float, int]]:
@@ -74,3 +79,22 @@ def test_after_standing_steps_are_counted_anew():
     for tick in range(int(2.5 * SAMPLE_RATE)):
         memory, _ = look_for_exchange(memory, tick / SAMPLE_RATE, stops_and_goes_on(tick / SAMPLE_RATE))
     assert memory.swing == NOBODY
+
+
+@pytest.mark.parametrize("name", ["trot", "standing_trot"])
+def test_exchanges_are_found_in_recorded_contacts_when_feet_were_to_touch_down(name):
+    with np.load(RECORDED) as file:
+        contacts, planned, legs = (file[f"{name} {what}"] for what in ("contacts", "touchdown", "leg"))
+    contacts = np.unpackbits(contacts).reshape(-1, 4).astype(bool)
+    memory, found = ExchangeMemory(), []
+    for tick, flags in enumerate(contacts):
+        memory, begins = look_for_exchange(memory, tick / SAMPLE_RATE, flags)
+        if begins:
+            found.append((tick / SAMPLE_RATE, memory.swing))
+    last = (len(contacts) - 1) / SAMPLE_RATE
+    expected = sorted(
+        {(round(time, 3), int(leg in PAIRS[0])) for time, leg in zip(planned, legs, strict=True) if time < last - 0.02}
+    )
+    times, swings = np.array(found[1:]).T  # the first one is a lift-off
+    np.testing.assert_allclose(times, [time for time, _ in expected], atol=0.03)
+    np.testing.assert_array_equal(swings, [swing for _, swing in expected])

@@ -34,7 +34,7 @@ def some_models(seed: int = 0, **changes) -> MotionModels:
     rng = np.random.default_rng(seed)
     settings = walk_settings(motion_models_walk(), TrackingConfig(mpc=walking_mpc()))
     values = {"coefficients": models_of_both_pairs(rng.normal(size=(OUTPUTS, INPUTS)))}
-    values |= {"covariance": np.tile(np.eye(OUTPUTS), (2, 1, 1)), "settings": settings}
+    values |= {"covariance": np.tile(np.eye(OUTPUTS), (2, 1, 1)), "settings": settings, "top_speed": 1.0}
     return MotionModels(**{"robot": "anymal_c", "gait": "trot", "step_duration": 0.3} | values | changes)
 
 
@@ -67,7 +67,8 @@ def test_models_come_back_from_their_files_as_they_were(tmp_path):
     back, card = read_models(tmp_path)
     np.testing.assert_array_equal(back.coefficients, models.coefficients)
     np.testing.assert_array_equal(back.covariance, models.covariance)
-    assert (back.robot, back.gait, back.step_duration, back.settings) == ("anymal_c", "trot", 0.3, models.settings)
+    assert (back.robot, back.gait, back.step_duration, back.top_speed) == ("anymal_c", "trot", 0.3, 1.0)
+    assert back.settings == models.settings
     assert back.coefficients.flags.c_contiguous and card["data"] == {"seeds": [1]}
     assert load_models("anymal_c", "trot", tmp_path).robot == "anymal_c"
 
@@ -118,7 +119,7 @@ def test_models_of_another_robot_gait_or_walk_are_refused(tmp_path):
         load_models("anymal_c", "amble")
     tracking = TrackingConfig(mpc=walking_mpc())
     check_walk(some_models(), motion_models_walk(), tracking)
-    with pytest.raises(UserInputError, match=r"max_acceleration is 0\.5, and was 2\.0"):
+    with pytest.raises(UserInputError, match=r"max_acceleration is 0\.5, and was 4\.0"):
         check_walk(some_models(), VelocityReferenceConfig(), tracking)
 
 

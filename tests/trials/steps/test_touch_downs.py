@@ -3,7 +3,7 @@
 import numpy as np
 
 from quadpips_drake.terrain.library import load_terrain
-from quadpips_drake.trials.touch_downs import touch_down_statistics
+from quadpips_drake.trials.steps.touch_downs import touch_down_statistics
 
 RADIUS = 0.02
 
