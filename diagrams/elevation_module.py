@@ -8,6 +8,7 @@ from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.elevation.elevation_config import ElevationConfig
 from quadpips_drake.perception.elevation.elevation_mapper_system import ElevationMapper
+from quadpips_drake.perception.elevation.ground_distance_system import GroundDistance
 from quadpips_drake.perception.elevation.plane_decomposer_system import PlaneDecomposer
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.timing import StageTimings
@@ -18,7 +19,7 @@ class ElevationModule(Diagram):
     """From the depth images to planar regions, by way of an elevation map instead of superpixels.
 
     (DepthNoise ->) (SelfFilter ->) ElevationMapper -> PlaneDecomposer; the first two are those of the PerceptionModule, so
-    that both see the same images.
+    that both see the same images. With a distance, GroundDistance stands beside the PlaneDecomposer.
 
     .. pydrake_system::
 
@@ -31,12 +32,14 @@ class ElevationModule(Diagram):
         - elevation_map
         - ground_heights
         - region_set
+        - signed_distance (optional)
 
     - robot_state: RobotState at the time of the images, frame W.
     - depth_image, and depth_image_<camera> for each further camera: ImageDepth32F, as the renderer made it [m].
     - elevation_map: ElevationMap, frame W.
     - ground_heights: GroundHeights of the map, frame W.
     - region_set: RegionSet, frame W.
+    - signed_distance: SignedDistance from the ground, frame W; only ``with_distance``.
     """
 
     def __init__(
@@ -50,6 +53,7 @@ class ElevationModule(Diagram):
         camera: str = "front",
         further_cameras: Sequence[str] = (),
         seed: int = 0,
+        with_distance: bool = False,
     ):
         """
         Args:
@@ -61,6 +65,7 @@ class ElevationModule(Diagram):
             camera: name of the first camera among the robot's mounts.
             further_cameras: names of all others.
             seed: of the depth noise, which differs from camera to camera.
+            with_distance: whether the signed distance from the ground is worked out, too.
         """
         super().__init__()
         config, images = config or ElevationConfig(), images or PerceptionConfig()
@@ -78,5 +83,9 @@ class ElevationModule(Diagram):
         for port in ("elevation_map", "ground_heights"):
             builder.ExportOutput(mapper.GetOutputPort(port), port)
         builder.ExportOutput(planes.GetOutputPort("region_set"), "region_set")
+        if with_distance:
+            distance = builder.AddSystem(GroundDistance(config.distance, timings=timings))
+            builder.Connect(mapper.GetOutputPort("elevation_map"), distance.GetInputPort("elevation_map"))
+            builder.ExportOutput(distance.GetOutputPort("signed_distance"), "signed_distance")
         builder.BuildInto(self)
         self.set_name("elevation")

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from quadpips_drake.baselines.heuristic_module import HeuristicConfig, HeuristicModule
-from quadpips_drake.baselines.motion_models.motion_models_module import MotionModelsConfig, MotionModelsModule
+from quadpips_drake.baselines.motion_models.planner.motion_models_module import MotionModelsConfig, MotionModelsModule
 from quadpips_drake.control.mpc.mpc_config import walking_mpc
 from quadpips_drake.diagrams.planning_module import PlanningConfig, PlanningModule
 from quadpips_drake.framework.registry import Registry

@@ -31,7 +31,7 @@ from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.images import AffordanceImage, LabelImage
 from quadpips_drake.values.plans import PlanSketch
 from quadpips_drake.values.reference import WholeBodyReference
-from quadpips_drake.values.regions import GroundHeights, RegionSet
+from quadpips_drake.values.regions import GroundHeights, RegionSet, SignedDistance
 from quadpips_drake.values.status import PlannerStatus
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer, PlanVisualizerConfig
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND
@@ -171,11 +171,21 @@ class QuadpipsDiagram(Diagram):
         self._goal.get_mutable_source_value(self._goal.GetMyMutableContextFromRoot(root_context)).SetFromVector(goal)
 
     def _connect_tracking(self, builder: DiagramBuilder, estimate) -> None:
+        """Feeds tracking, and the station's motors from it."""
         reference = output_of(self.planning, "reference", WholeBodyReference)
         builder.Connect(estimate, self.tracking.GetInputPort("robot_state"))
         builder.Connect(reference, self.tracking.GetInputPort("reference"))
         for port in ("feedforward_torque", "desired_joint_state"):
             builder.Connect(self.tracking.GetOutputPort(port), self.station.GetInputPort(port))
+        if not self._config.tracking.mpc.ocp.sdf_clearance.enabled:
+            return
+        if not self.regions.HasOutputPort("signed_distance"):
+            raise UserInputError(
+                "stages.tracking.mpc.ocp.sdf_clearance needs a region source that knows the distance from the ground: "
+                f"elevation, not {self._config.region_source}"
+            )
+        distance = output_of(self.regions, "signed_distance", SignedDistance)
+        builder.Connect(distance, self.tracking.GetInputPort("signed_distance"))
 
     def _export(self, builder: DiagramBuilder, truth, estimate) -> None:
         builder.ExportOutput(truth, "true_robot_state")
@@ -211,6 +221,7 @@ class QuadpipsDiagram(Diagram):
             timings=self._timings,
             every_label=getattr(self._settings(planners, planner), "every_label", False),
             images=self._config.perception,
+            with_distance=self._config.tracking.mpc.ocp.sdf_clearance.enabled,
         )
         system = builder.AddSystem(region_sources.get(name).factory(setup))
         connect_by_name(builder, system, sources)

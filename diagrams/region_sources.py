@@ -38,6 +38,8 @@ class RegionSourceSetup:
     """Whether the planner weighs labels itself and wants regions of every label, not only of ground to step on."""
     images: PerceptionConfig = field(default_factory=PerceptionConfig)
     """Whose depth noise and self-filter all sources by camera let their images go through."""
+    with_distance: bool = False
+    """Whether somebody wants to know the signed distance from the ground, where the source can tell."""
 
 
 region_sources = Registry("region source", "quadpips_drake.region_sources")
@@ -45,7 +47,8 @@ region_sources = Registry("region source", "quadpips_drake.region_sources")
 estimated ``robot_state`` and any of the station's outputs (``depth_image``, ``depth_image_<camera>``, ``imu``, ...). If
 there is an output ``affordance_image`` (AffordanceImage), recordings show its labels; if there is an output
 ``ground_heights`` (GroundHeights, frame W), swings clear it; if there is an output ``label_image`` (LabelImage), planners
-may weigh footholds by it."""
+may weigh footholds by it; if there is an output ``signed_distance`` (SignedDistance, frame W), the MPC can keep
+knees and trunk off the ground."""
 
 
 def _superpixels(setup: RegionSourceSetup) -> PerceptionModule:
@@ -71,6 +74,7 @@ def _elevation(setup: RegionSourceSetup) -> ElevationModule:
         camera=setup.camera,
         further_cameras=setup.further_cameras,
         seed=setup.seed,
+        with_distance=setup.with_distance,
     )
 
 

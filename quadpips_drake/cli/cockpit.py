@@ -51,7 +51,7 @@ def cockpit(
     options = {"robot": robot, "difficulty": difficulty, "duration": duration, "sets": tuple(sets or ())}
     options |= {"planner": BY_VELOCITY if walk else planner, "terrain": terrain or ("flat" if walk else None)}
     choice = Choice(seed=seed, **{key: value for key, value in options.items() if value is not None})
-    choice.config()  # what is wrong with it is said before anything else happens
+    choice.check()  # what is wrong with it is said before anything else happens
     sockets = open_port(host, port)
     compile_kernels()
     session = Session(choice, meshcat_host=host, paused=True)

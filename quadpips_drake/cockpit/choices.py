@@ -4,13 +4,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from quadpips_drake.diagrams.planners import planners
+from quadpips_drake.errors import UserInputError
 from quadpips_drake.gaits.gaits import GAITS, gait_names
 from quadpips_drake.robots.robot_library import DEFAULT_ROBOT, robot_names
 from quadpips_drake.terrain.library import terrain_names
-from quadpips_drake.trials.simulated_trial import MAX_SAMPLES, SimulatedTrial
+from quadpips_drake.trials.simulated_trial import MAX_SAMPLES, SimulatedTrial, problem_with_trial_start
 from quadpips_drake.trials.trial import Trial, TrialConfig
 from quadpips_drake.trials.trial_options import load_trial_config
 from quadpips_drake.trials.walk_trial import WalkTrial, WalkTrialConfig
+from quadpips_drake.trials.world import world_of
 
 BY_VELOCITY = "velocity"
 """In the place of a planner: the robot walks as it is told, and sees nothing."""
@@ -54,6 +56,13 @@ class Choice:
             options["planner"] = self.planner
         schema = WalkTrialConfig if self.is_walk else TrialConfig
         return load_trial_config(schema, robot=self.robot, sets=self.sets, **options)
+
+    def check(self) -> None:
+        """Raises UserInputError if there is no such robot, terrain or planner, or the robot cannot stand there."""
+        config = self.config()
+        problem = problem_with_trial_start(config, *world_of(config, None, None))
+        if problem:
+            raise UserInputError(problem)
 
     def trial(self, **options) -> SimulatedTrial:
         """The trial, in which one may have a hand; for the ``options`` see Trial. Raises UserInputError."""

@@ -7,11 +7,11 @@ import numpy as np
 from quadpips_drake.cockpit.pictures import map_png
 from quadpips_drake.terrain.terrain import Terrain
 
-_MARGIN = 1.5
+_MARGIN = 1.2
 """Around what the map has to show, when it is drawn [m]."""
 _NEAR = 0.5
 """What comes this close to the border [m] needs another map."""
-_LEAST = 6.0
+_LEAST = 4.5
 """Least side [m]."""
 
 

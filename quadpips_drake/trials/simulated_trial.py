@@ -248,7 +248,9 @@ class SimulatedTrial:
             return  # what lies on the ground may break off; the verdict stands
 
     def note_progress(self, stamp: float, fraction: float) -> None:
-        """Enters ``fraction`` (0..1) into the result's progress, every PROGRESS_PERIOD."""
+        """Enters ``fraction`` (0..1) into the result's progress, every PROGRESS_PERIOD; a ``live`` trial has none."""
+        if self.live:
+            return
         if not self.progress or stamp - self.progress[-1][0] >= PROGRESS_PERIOD - 1e-9:
             self.progress.append([round(stamp, 3), round(float(np.clip(fraction, 0.0, 1.0)), 4)])
 

@@ -123,3 +123,23 @@ class ElevationMap(ImmutableValue):
         """Returns a window of ``cells`` by ``cells`` in which nothing is known."""
         unknown = np.full((cells, cells), np.nan, np.float32)
         return ElevationMap(-np.inf, np.full(2, -cells // 2, np.int64), cell, unknown, unknown.copy(), np.eye(4))
+
+
+@dataclass(frozen=True, eq=False)
+class SignedDistance(ImmutableValue):
+    """Distance from the ground around the robot on a grid of points; frame W. Between them it is trilinear
+    (``math.trilinear``)."""
+
+    stamp: float
+    """Of the map that it was made of [s]."""
+    origin: np.ndarray
+    """Where point (0, 0, 0) lies [m], (3,)."""
+    step: float
+    """Between neighbouring points, along each axis [m]."""
+    distance: np.ndarray
+    """[m], negative in the ground, float32 (n, m, k), indices along x, y, z."""
+
+    @staticmethod
+    def empty() -> "SignedDistance":
+        """Nothing is known."""
+        return SignedDistance(-np.inf, np.zeros(3), 1.0, np.zeros((0, 0, 0), np.float32))

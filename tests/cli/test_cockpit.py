@@ -19,6 +19,7 @@ from quadpips_drake.cockpit.server import open_port
     [
         (["--robot", "spot"], "unknown robot 'spot'"),
         (["--terrain", "moon"], "unknown terrain 'moon'"),
+        (["--terrain", "gap", "--difficulty", "99"], "gap"),
         (["--planner", "magic"], "unknown planner 'magic'"),
         (["--port", "taken"], "--port"),
         (["--port", "99999"], "--port"),

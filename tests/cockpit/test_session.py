@@ -92,8 +92,8 @@ def test_the_camera_is_looked_through_and_layers_are_switched(session):
     shown = after(session, 1)
     assert "camera" in shown.pictures and session.picture("camera").startswith(b"\x89PNG")
     assert shown.timings["centroidal_mpc"][1] > 0.0
-    session.show_layer("footholds", False)
-    assert session.wait_for(lambda s: not s.layers["footholds"], PATIENCE).layers["swings"]
+    session.show_layer("pushes", False)
+    assert session.wait_for(lambda s: not s.layers["pushes"], PATIENCE).layers["command"]
 
 
 def test_another_trial_begins_and_the_last_one_is_over(session):

@@ -28,6 +28,7 @@ def make_systems() -> list[Diagram]:
         PerceptionModule(robot, intrinsics, QuadpipsConfig().perception),
         PerceptionModule(robot, intrinsics, further_cameras=["left", "right"]),
         ElevationModule(robot, intrinsics, further_cameras=["left", "right"]),
+        ElevationModule(robot, intrinsics, with_distance=True),
         PlanningModule(robot),
         PlanningModule(robot, PlanningConfig(footholds=FootholdConfig(steppability="penalty"))),
         TrackingModule(robot),

@@ -27,8 +27,9 @@ from quadpips_drake.framework.stage import Stage
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.egocan.egocan import EgocanConfig
 from quadpips_drake.perception.egocan.legged_egocan_system import LeggedEgocan
-from quadpips_drake.perception.elevation.elevation_config import ElevationMapConfig, PlaneConfig
+from quadpips_drake.perception.elevation.elevation_config import DistanceConfig, ElevationMapConfig, PlaneConfig
 from quadpips_drake.perception.elevation.elevation_mapper_system import ElevationMapper
+from quadpips_drake.perception.elevation.ground_distance_system import GroundDistance
 from quadpips_drake.perception.elevation.plane_decomposer_system import PlaneDecomposer
 from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
 from quadpips_drake.perception.normals.normals import NormalConfig
@@ -63,6 +64,7 @@ from quadpips_drake.values.regions import ElevationMap, RegionSet
 from quadpips_drake.values.swing_plan import SwingPlan
 from tests.baselines import hand_made
 from tests.perception import scenes
+from tests.perception.elevation.maps import ideal_map
 from tests.planning.worlds import standing_state
 from tests.trajectory.walking import uneven_plan
 
@@ -71,6 +73,7 @@ X_BC = ROBOT.camera().X_BC
 PERCEPTION = PerceptionConfig()
 SEEN = scenes.look(scenes.Scene([]), [(0.0, scenes.base_pose(), 0.0)], PERCEPTION, scenes.SMALL)
 """What an egocan remembers of a floor."""
+SEEN_MAP = ideal_map(scenes.Scene([]), half_extent=0.3)
 EGOCAN, SUPERPIXELS, _ = scenes.regions_of(SEEN, PERCEPTION)
 
 
@@ -226,6 +229,9 @@ STAGES = {
             "foothold_plan": replace(_one_swing, request_id=k + 1),
             "swing_plan": SwingPlan.without_motion(time, k + 1),
         },
+    ),
+    GroundDistance: FedStage(
+        DistanceConfig, GroundDistance, lambda k, time: {"elevation_map": replace(SEEN_MAP, stamp=time)}
     ),
     OracleRegions: FedStage(
         OracleRegionConfig, lambda config: OracleRegions(load_terrain("flat"), ROBOT.foot_radius, config), _state

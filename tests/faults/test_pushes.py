@@ -36,4 +36,5 @@ def test_a_push_moves_the_robot_of_a_planner():
     before, after = (log["v_WB"][np.searchsorted(log["time"], t - 1e-6), 1] for t in (0.1, 0.2))
     assert abs(before) < 0.05
     assert 0.05 < after - before < 6.0 / trial.robot.mass + 0.05
+    np.testing.assert_allclose([trial.force_on_base(t) for t in (0.05, 0.15)], [[0.0, 0.0, 0.0], [0.0, 60.0, 0.0]])
     assert log["push"][:, 1].max() == 60.0 and np.count_nonzero(log["push"][:, 1]) == 10

@@ -88,10 +88,10 @@ class QuadraticModel:
     """Of the features, (m,)."""
     scale: np.ndarray
     """(m,)"""
-    weights: np.ndarray
-    """(m, OUTPUTS)"""
     offset: np.ndarray
     """(OUTPUTS,)"""
+    weights: np.ndarray
+    """(m, OUTPUTS)"""
 
     def predict_first(self, x: np.ndarray) -> np.ndarray:
         """Outputs (n, OUTPUTS) of swing 0 for inputs (n, INPUTS)."""
@@ -105,7 +105,7 @@ def fit_quadratic(steps: Steps) -> QuadraticModel:
     mean, scale = features.mean(axis=0), np.maximum(features.std(axis=0), LEAST_SPREAD)
     scaled, offset = (features - mean) / scale, y.mean(axis=0)
     weights = np.linalg.solve(scaled.T @ scaled + _RIDGE * len(x) * np.eye(scaled.shape[1]), scaled.T @ (y - offset))
-    return QuadraticModel(mean, scale, weights, offset)
+    return QuadraticModel(mean, scale, offset, weights)
 
 
 def _squares(x: np.ndarray) -> np.ndarray:

@@ -5,11 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quadpips_drake.baselines.motion_models.state import CONSTANT, OUTPUTS
+from quadpips_drake.baselines.motion_models.state import CONSTANT, INPUTS, OUTPUTS
 from quadpips_drake.baselines.motion_models.step_data import Steps
 
 HIDDEN = 24
 """Units of each of two layers."""
+LAYER_SHAPES = [(INPUTS - 1, HIDDEN), (HIDDEN,), (HIDDEN, HIDDEN), (HIDDEN,), (HIDDEN, OUTPUTS), (OUTPUTS,)]
+"""Matrix and bias of each layer; the constant is no input."""
 EPOCHS = 400
 """Rounds over the data; what validates best is kept."""
 _BATCH, _RATE, _DECAY = 64, 3e-3, 1e-4

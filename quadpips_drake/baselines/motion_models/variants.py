@@ -9,7 +9,7 @@ import numpy as np
 
 from quadpips_drake.baselines.motion_models.fitting import LINEAR_VARIANTS, QuadraticModel, fit_linear, fit_quadratic
 from quadpips_drake.baselines.motion_models.model_file import ADVICE, MAX_BYTES, arrays_in
-from quadpips_drake.baselines.motion_models.small_network import NetworkModel
+from quadpips_drake.baselines.motion_models.small_network import LAYER_SHAPES, NetworkModel
 from quadpips_drake.baselines.motion_models.state import INPUTS, OUTPUTS
 from quadpips_drake.baselines.motion_models.step_data import Steps
 from quadpips_drake.errors import UserInputError
@@ -18,8 +18,6 @@ from quadpips_drake.files import read_bytes, write_bytes
 FILE = "variants.npz"
 """Beside the files of the models; only comparisons need it."""
 FULL, QUADRATIC, NETWORK = "full", "quadratic", "network"
-_LAYERS = 6
-"""Matrices and biases of the network."""
 _MOST_BYTES = 100_000
 
 
@@ -45,12 +43,14 @@ def linear_and_quadratic(steps: Steps) -> tuple[dict[str, np.ndarray], Quadratic
 
 def save_variants(directory: Path, variants: ModelVariants) -> None:
     """Writes FILE. Numbers that count on scaled quantities are rounded to half precision: 0.05 % of each."""
-    arrays = {f"linear {name}": coefficients.astype(np.float32) for name, coefficients in variants.linear.items()}
     quadratic, network = variants.quadratic, variants.network
-    arrays |= {f"quadratic {name}": getattr(quadratic, name).astype(np.float32) for name in ("mean", "scale", "offset")}
-    arrays["quadratic weights"] = quadratic.weights.astype(np.float16)
-    arrays["network scales"] = np.concatenate(_scales(network)).astype(np.float32)
-    arrays |= {f"network layer {i}": array.astype(np.float16) for i, array in enumerate(network.weights)}
+    arrays = {
+        "linear": np.stack([variants.linear[name] for name in LINEAR_VARIANTS]).astype(np.float32),
+        "quadratic_scales": np.concatenate((quadratic.mean, quadratic.scale, quadratic.offset)).astype(np.float32),
+        "quadratic_weights": quadratic.weights.astype(np.float16),
+        "network_scales": np.concatenate(_scales(network)).astype(np.float32),
+        "network_weights": np.concatenate([array.ravel() for array in network.weights]).astype(np.float16),
+    }
     file = io.BytesIO()
     np.savez_compressed(file, **arrays)
     write_bytes(Path(directory) / FILE, file.getvalue())
@@ -61,10 +61,11 @@ def read_variants(directory: Path) -> ModelVariants:
     try:
         arrays = arrays_in(read_bytes(Path(directory) / FILE, FILE, MAX_BYTES), FILE, _MOST_BYTES)
         arrays = {name: array.astype(float) for name, array in arrays.items()}
-        linear = {name: arrays[f"linear {name}"] for name in LINEAR_VARIANTS}
-        quadratic = QuadraticModel(*(arrays[f"quadratic {name}"] for name in ("mean", "scale", "weights", "offset")))
-        scales = np.split(arrays["network scales"], np.cumsum([INPUTS - 1, INPUTS - 1, OUTPUTS]))
-        network = NetworkModel(*scales, tuple(arrays[f"network layer {i}"] for i in range(_LAYERS)))
+        linear = dict(zip(LINEAR_VARIANTS, arrays["linear"], strict=True))
+        weights, scales = arrays["quadratic_weights"], arrays["quadratic_scales"]
+        quadratic = QuadraticModel(*_cut(scales, [(len(weights),), (len(weights),), (OUTPUTS,)]), weights)
+        scales = _cut(arrays["network_scales"], [(INPUTS - 1,), (INPUTS - 1,), (OUTPUTS,), (OUTPUTS,)])
+        network = NetworkModel(*scales, tuple(_cut(arrays["network_weights"], LAYER_SHAPES)))
         variants = ModelVariants(linear, quadratic, network)
         shapes = {predict(np.zeros((1, INPUTS))).shape for predict in variants.predictors().values()}
     except UserInputError as error:
@@ -74,6 +75,15 @@ def read_variants(directory: Path) -> ModelVariants:
     if shapes != {(1, OUTPUTS)}:
         raise UserInputError(f"motion models {directory}: {FILE} is damaged; {ADVICE}")
     return variants
+
+
+def _cut(array: np.ndarray, shapes: list[tuple[int, ...]]) -> list[np.ndarray]:
+    """The pieces of these shapes that lie one after the other in ``array``; a ValueError if it has another size."""
+    sizes = [int(np.prod(shape)) for shape in shapes]
+    if array.shape != (sum(sizes),):
+        raise ValueError("another size")
+    pieces = np.split(array, np.cumsum(sizes)[:-1])
+    return [piece.reshape(shape) for piece, shape in zip(pieces, shapes, strict=True)]
 
 
 def _linear(coefficients: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

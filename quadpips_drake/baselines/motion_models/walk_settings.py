@@ -11,7 +11,7 @@ from quadpips_drake.configuration.schema import config_keys
 from quadpips_drake.control.mpc.mpc_config import walking_mpc
 from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig
 
-MAX_ACCELERATION = 2.0
+MAX_ACCELERATION = 4.0
 """How fast the walk takes up a commanded velocity [m/s^2]; docs/motion_models.md says why not 0.5, as otherwise."""
 _NOT_THE_WALK = ("faults", "latency")
 """Sections and keys that spoil a walk or make results late, for studies: what was learned is used as it is under them."""

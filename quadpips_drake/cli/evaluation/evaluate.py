@@ -6,6 +6,7 @@ from quadpips_drake.cli.evaluation import (
     evaluate_experience,
     evaluate_growth,
     evaluate_latency,
+    evaluate_motion_models,
     evaluate_network,
     evaluate_perception,
     evaluate_tracking,
@@ -23,3 +24,4 @@ app.command("latency", epilog=evaluate_latency.EPILOG_LATENCY)(evaluate_latency.
 app.command("latency-sweep", epilog=evaluate_latency.EPILOG_SWEEP)(evaluate_latency.latency_sweep)
 app.command("growth", epilog=evaluate_growth.EPILOG)(evaluate_growth.growth)
 app.command("experience", epilog=evaluate_experience.EPILOG)(evaluate_experience.experience)
+app.command("motion-models", epilog=evaluate_motion_models.EPILOG)(evaluate_motion_models.motion_models)

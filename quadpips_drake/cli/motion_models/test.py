@@ -19,8 +19,9 @@ Examples:
 
   quadpips motion-models test --robot go2 --gait trot --model model --workers 2
 
-The walks are kept in DIR and not walked again. Prints true mean absolute errors along x, and the RMSE of models with fewer
-inputs, of second degree and of a small network beside it, with 95 % intervals (bootstrap in blocks of steps).
+The walks are kept in DIR and not walked again; test_ROBOT_GAIT.json and .png are written anew. Prints true mean absolute
+errors along x, and the RMSE of models with fewer inputs, of second degree and of a small network beside it, with 95 %
+intervals (bootstrap in blocks of steps).
 """
 
 
@@ -32,7 +33,7 @@ def test(
     ] = None,
     seeds: Annotated[str, typer.Option(metavar="N,N,...", help="Of the walks, one for each.")] = "50,51,52,53,54",
     workers: Annotated[int, typer.Option(min=1, max=256, metavar="W", help="Walks at the same time.")] = 1,
-    out: Annotated[Path, typer.Option(parser=to_directory, metavar="DIR", help="For the walks and test.json.")] = Path(
+    out: Annotated[Path, typer.Option(parser=to_directory, metavar="DIR", help="For walks and results.")] = Path(
         "out/motion-models-test"
     ),
     sets: Annotated[
@@ -43,6 +44,7 @@ def test(
     from quadpips_drake.baselines.motion_models.model_file import check_walk, load_models, model_directory
     from quadpips_drake.baselines.motion_models.variants import read_variants
     from quadpips_drake.benchmark.motion_models.held_out import assessment, held_out_collections, read_held_out, tables
+    from quadpips_drake.benchmark.motion_models.prediction_picture import save_prediction_picture
     from quadpips_drake.files import write_json
 
     collections = held_out_collections(robot, gait, known_seeds(seeds), tuple(sets or ()))
@@ -53,8 +55,10 @@ def test(
     writable_directory(out)
     compile_kernels()
     _walk_with_progress(out, collections, workers)
-    assessed = assessment(models, variants, read_held_out(out, collections))
+    steps = read_held_out(out, collections)
+    assessed = assessment(models, variants, steps)
     write_json(out / f"test_{robot}_{gait}.json", _plain(assessed))
+    save_prediction_picture(models, steps, out / f"test_{robot}_{gait}.png")
     say(f"{robot} in {gait}: {assessed['steps']} steps of {assessed['walks']} walks, seeds {seeds}\n")
     say(tables(assessed))
 

@@ -156,7 +156,8 @@ function showRobot(s) {
   const lines = [
     ["base x, y, z", numbers(s.position) + " m"],
     ["roll, pitch, yaw", numbers(s.rpy) + " rad"],
-    ["forward, left, turn", numbers(s.velocity) + " m/s, rad/s"],
+    ["moves forward, left", numbers(s.velocity.slice(0, 2)) + " m/s"],
+    ["turns", numbers(s.velocity.slice(2)) + " rad/s"],
     ["largest torque", (100 * s.torque).toFixed(0) + " % of its limit"],
   ];
   if (s.command.length) lines.push([`asked: ${s.gait}`, numbers(s.command) + " m/s, rad/s"]);

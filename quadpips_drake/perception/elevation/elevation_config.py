@@ -104,6 +104,18 @@ class PlaneConfig(RegionSourceConfig):
 
 
 @configuration
+class DistanceConfig(StageConfig):
+    """The signed distance from the ground, worked out if the MPC keeps bodies off it (``ocp.sdf_clearance``)."""
+
+    rate: float = stage_rate(5.0)
+    """How often it is worked out [Hz]."""
+    half_extent: float = ranged(0.9, 0.1, 10.0)
+    """It reaches this far from the base in x and y of the world [m] ..."""
+    below: float = ranged(0.8, 0.1, 10.0)
+    """... and at most this far down from it [m]."""
+
+
+@configuration
 class ElevationConfig:
     """From the depth image by way of an elevation map to the regions; noise and self-filter are those of ``perception``."""
 
@@ -111,6 +123,7 @@ class ElevationConfig:
     """What keys that are null stand for: fine (3 cm cells), or paper (6 cm, as the baselines of QuadPiPS had it)."""
     map: ElevationMapConfig = field(default_factory=ElevationMapConfig)
     planes: PlaneConfig = field(default_factory=PlaneConfig)
+    distance: DistanceConfig = field(default_factory=DistanceConfig)
 
     def __post_init__(self):
         if self.preset not in PRESETS:

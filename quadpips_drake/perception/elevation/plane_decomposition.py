@@ -80,7 +80,7 @@ def filter_map(elevation: ElevationMap, config: PlaneConfig) -> _Layers | None:
     known = np.isfinite(elevation.height)
     if not known.any():
         return None
-    height, ground = _without_holes(elevation.height, known, elevation.cell, config.max_filled)
+    height, ground = without_holes(elevation.height, known, elevation.cell, config.max_filled)
     pitch = elevation.cell
     if config.resample > 0:
         pitch = config.resample
@@ -94,7 +94,7 @@ def filter_map(elevation: ElevationMap, config: PlaneConfig) -> _Layers | None:
     return _Layers(elevation.corner, pitch, height, ground, slopes, planar)
 
 
-def _without_holes(height: np.ndarray, known: np.ndarray, cell: float, widest: float) -> tuple[np.ndarray, np.ndarray]:
+def without_holes(height: np.ndarray, known: np.ndarray, cell: float, widest: float) -> tuple[np.ndarray, np.ndarray]:
     """Returns the heights with all holes filled, float32, and what counts as ground, bool: known, or a hole not too wide."""
     holes = (~known).astype(np.uint8)
     count, labels = cv2.connectedComponents(holes, connectivity=8)

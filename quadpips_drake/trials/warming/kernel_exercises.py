@@ -33,11 +33,12 @@ def optimal_control() -> None:
 
 
 def perception() -> None:
-    """Labels by the network and the way from depth images to regions, on a floor that ends."""
+    """Labels by the network and both ways from depth images to regions, on a floor that ends."""
     from pydrake.common.value import AbstractValue, Value
     from pydrake.systems.analysis import Simulator
     from pydrake.systems.sensors import ImageDepth32F
 
+    from quadpips_drake.diagrams.elevation_module import ElevationModule
     from quadpips_drake.diagrams.perception_module import PerceptionModule
     from quadpips_drake.perception.config import steppable_perception
     from quadpips_drake.robots.robot_library import load_robot
@@ -45,18 +46,18 @@ def perception() -> None:
     from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
 
     robot, intrinsics = load_robot(_ROBOT), make_intrinsics(DepthCameraConfig())
-    module = PerceptionModule(robot, intrinsics, steppable_perception())
-    simulator = Simulator(module)
-    context = simulator.get_mutable_context()
     image = ImageDepth32F(intrinsics.width, intrinsics.height)
     X_WC = np.eye(4)
     X_WC[2, 3] = robot.nominal_base_height
     image.mutable_data[:, :, 0] = _depth_of_floor(X_WC @ robot.camera().X_BC, intrinsics)
-    module.GetInputPort("depth_image").FixValue(context, Value(image))
-    for time in (0.0, 0.2, 0.4):  # labels appear after the first
-        module.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(standing_state(robot, time)))
-        simulator.AdvanceTo(time + 0.1)
-        module.GetOutputPort("region_set").Eval(context)
+    for module in (PerceptionModule(robot, intrinsics, steppable_perception()), ElevationModule(robot, intrinsics)):
+        simulator = Simulator(module)
+        context = simulator.get_mutable_context()
+        module.GetInputPort("depth_image").FixValue(context, Value(image))
+        for time in (0.0, 0.2, 0.4):  # labels appear after the first
+            module.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(standing_state(robot, time)))
+            simulator.AdvanceTo(time + 0.1)
+            module.GetOutputPort("region_set").Eval(context)
 
 
 def planning() -> None:

@@ -119,7 +119,7 @@ def test_models_of_another_robot_gait_or_walk_are_refused(tmp_path):
         load_models("anymal_c", "amble")
     tracking = TrackingConfig(mpc=walking_mpc())
     check_walk(some_models(), motion_models_walk(), tracking)
-    with pytest.raises(UserInputError, match=r"max_acceleration is 0\.5, and was 2\.0"):
+    with pytest.raises(UserInputError, match=r"max_acceleration is 0\.5, and was 4\.0"):
         check_walk(some_models(), VelocityReferenceConfig(), tracking)
 
 

@@ -5,6 +5,7 @@ children are what the motion models predict for each action; those with an unsaf
 the paper is said in docs/motion_models.md.
 """
 
+from copy import copy
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -42,7 +43,7 @@ class CommandSearchConfig:
     min_speed: float = ranged(0.0, -1.0, 2.0)
     """Slowest forward command [m/s] ..."""
     max_speed: float = ranged(1.0, 0.0, 2.0)
-    """... and fastest [m/s]."""
+    """... and fastest [m/s]; of learned models no faster than their data."""
     speed_step: float = ranged(0.1, 0.01, 1.0)
     """Distance of forward commands [m/s]."""
     sideways: float = ranged(0.0, 0.0, 0.5)
@@ -162,9 +163,20 @@ class CommandSearch:
         """
         self._models, self._config = models, config or CommandSearchConfig()
         self._acceleration, self._goal_tolerance = float(acceleration), goal_tolerance
-        self._actions = self._config.actions()
+        self._actions = _learned(self._config.actions(), models)
         steps, least = self._config.horizon, self._config.clearance
         self._clearances = [clearances(models, swing, steps, least, self._config.clearance_sigmas) for swing in (0, 1)]
+
+    @property
+    def models(self) -> MotionModels:
+        """With which it searches."""
+        return self._models
+
+    def believing(self, models: MotionModels) -> "CommandSearch":
+        """The same search with other models of the same walk."""
+        other = copy(self)
+        other._models = models
+        return other
 
     def plan(self, start: StepState, heights: np.ndarray, turn: float, costmap: FootCostmap, goal, line: Line, **labels):
         """The best plan from ``start``; one whose kind is NONE and whose reason says why, if there is none.
@@ -252,6 +264,12 @@ class CommandSearch:
             max_expansions=c.max_expansions,
         )
         return node, walk, ground, rules
+
+
+def _learned(actions: np.ndarray, models: MotionModels) -> np.ndarray:
+    """Those of the ``actions`` that are no faster than what the models' data hold; the slowest ones at least."""
+    fastest = max(models.top_speed, actions[:, 0].min()) if models.top_speed > 0.0 else np.inf
+    return actions[actions[:, 0] <= fastest + 1e-9]
 
 
 def _node(start: StepState, heights: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from dataclasses import field
 
 from quadpips_drake.baselines.motion_models.exchange import SAMPLE_RATE
+from quadpips_drake.baselines.motion_models.planner.adaptation import AdaptationConfig
 from quadpips_drake.baselines.motion_models.planner.command_search import CommandSearchConfig
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.framework.stage_config import StageConfig, stage_rate
@@ -17,6 +18,8 @@ class VelocityPlannerConfig(StageConfig):
 
     search: CommandSearchConfig = field(default_factory=CommandSearchConfig)
     """Of commands."""
+    adaptation: AdaptationConfig = field(default_factory=AdaptationConfig)
+    """Of learned models to the walk as it is."""
     goal_tolerance: float = ranged(0.10, 0.01, 1.0)
     """The robot stops when its base is this near to the goal [m]."""
     restart_distance: float = ranged(0.25, 0.01, 10.0)

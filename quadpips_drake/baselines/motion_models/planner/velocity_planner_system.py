@@ -111,7 +111,8 @@ def status_of(memory: PlanningMemory) -> PlannerStatus:
 
 def report_of(memory: PlanningMemory) -> PlannerReport:
     """What result.json says: ``plans``, how many; ``cumulative_cost``, the sum of what the first node of each costs [m];
-    ``expansions`` and ``search_ms`` in the mean; ``errors`` of the models, see PredictionErrors."""
+    ``expansions`` and ``search_ms`` in the mean; ``errors`` of the models, see PredictionErrors; where they
+    go on learning also ``errors_without_adaptation``, of the models as they were."""
     count = max(memory.plans, 1)
     facts = {
         "plans": memory.plans,
@@ -120,6 +121,8 @@ def report_of(memory: PlanningMemory) -> PlannerReport:
         "search_ms": round(1e3 * memory.elapsed / count, 4),
         "errors": memory.errors.plain(),
     }
+    if memory.adaptation is not None:
+        facts["errors_without_adaptation"] = memory.first_errors.plain()
     return PlannerReport(memory.stamp, facts)
 
 

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from quadpips_drake.baselines.motion_models.line_holding import Line, command_on_line
+from quadpips_drake.baselines.motion_models.planner.adaptation import Adaptation
 from quadpips_drake.baselines.motion_models.planner.command_search import CommandSearch, PlanKind, VelocityPlan
 from quadpips_drake.baselines.motion_models.planner.foot_costmap import FootCostmap
 from quadpips_drake.baselines.motion_models.planner.prediction_errors import PredictionErrors
 from quadpips_drake.baselines.motion_models.planner.velocity_planner_config import VelocityPlannerConfig
-from quadpips_drake.baselines.motion_models.state import measured_outputs
+from quadpips_drake.baselines.motion_models.state import StepState, measured_outputs
 from quadpips_drake.baselines.motion_models.step_watch import StepWatch, watch_steps
 from quadpips_drake.control.references.velocity_reference import STANCE
 from quadpips_drake.values.immutable import ImmutableValue
@@ -62,6 +63,10 @@ class PlanningMemory(ImmutableValue):
     broken_off: int = 0
     """How often the walk was broken off because the robot was unstable."""
     errors: PredictionErrors = field(default_factory=PredictionErrors)
+    adaptation: Adaptation | None = None
+    """The models as they are believed now; None: as they were learned."""
+    first_errors: PredictionErrors = field(default_factory=PredictionErrors)
+    """Of the models as they were learned, where there are others by now."""
     cost: float = 0.0
     """Sum over all plans of what their first node costs [m]."""
     expansions: int = 0
@@ -161,8 +166,7 @@ class VelocityPlanning:
         """A step ends and the next one begins."""
         before, step = memory.watch.state, watch.state
         if before is not None and memory.predicted is not None and step.swing != before.swing:
-            errors = memory.errors.with_step(memory.predicted, measured_outputs(before, step))
-            memory = replace(memory, errors=errors)
+            memory = self._compared(memory, before, measured_outputs(before, step))
         memory = replace(memory, watch=watch, predicted=None, distance=_distance(memory, state))
         if memory.distance <= self._config.goal_tolerance:
             return self._standing(memory, PlannerPhase.GOAL_REACHED, _AT_GOAL)
@@ -176,10 +180,25 @@ class VelocityPlanning:
             return self._standing(memory, PlannerPhase.NO_PLAN, problem)
         return self._searched(memory, self._robot.soles_W(feet)[:, 2], held[2], ground)
 
+    def _compared(self, memory: PlanningMemory, before: StepState, measured: np.ndarray) -> PlanningMemory:
+        """With the errors of the predictions for a step that began at ``before``, and what is learned from them."""
+        memory, config = replace(memory, errors=memory.errors.with_step(memory.predicted, measured)), self._config.adaptation
+        if not config.enabled:
+            return memory
+        errors = memory.first_errors.with_step(self._search.outcome(before, memory.command), measured)
+        adaptation = memory.adaptation or Adaptation.begin(self._search.models, config)
+        adaptation = adaptation.after(before.inputs(memory.command), measured, before.swing, config)
+        return replace(memory, first_errors=errors, adaptation=adaptation)
+
+    def _search_of(self, memory: PlanningMemory) -> CommandSearch:
+        """The search with what is believed now."""
+        return self._search if memory.adaptation is None else self._search.believing(memory.adaptation.models)
+
     def _searched(self, memory: PlanningMemory, heights: np.ndarray, turn: float, ground: FootCostmap) -> PlanningMemory:
         """With the command of a new plan, or of what takes its place."""
         question = memory.watch.state, heights, turn, ground, memory.goal, memory.line
-        plan = self._search.plan(*question, stamp=memory.stamp, id=memory.plan.id + 1)
+        search = self._search_of(memory)
+        plan = search.plan(*question, stamp=memory.stamp, id=memory.plan.id + 1)
         memory = replace(
             memory,
             plans=memory.plans + 1,
@@ -195,7 +214,7 @@ class VelocityPlanning:
         if memory.plan.found and memory.used < len(memory.plan.commands):
             rest = replace(memory.plan, id=plan.id, reason=plan.reason)
             return self._with_command(_counting(memory, PlanKind.REST), rest, memory.used, turn)
-        command, clearance = self._search.clearest(*question)
+        command, clearance = search.clearest(*question)
         if clearance <= 0.0:
             stopped = self._standing(
                 _counting(memory, PlanKind.STOP), PlannerPhase.PAUSING, f"no safe foothold: {plan.reason}"
@@ -207,7 +226,7 @@ class VelocityPlanning:
     def _with_command(self, memory: PlanningMemory, plan: VelocityPlan, used: int, turn: float) -> PlanningMemory:
         """With the command number ``used`` of a plan."""
         command = np.array([*plan.commands[used], turn])
-        predicted = self._search.outcome(memory.watch.state, command) if self._search is not None else None
+        predicted = self._search_of(memory).outcome(memory.watch.state, command) if self._search is not None else None
         words = {PlanKind.FULL: "a plan", PlanKind.TO_GOAL: "a plan to the goal", PlanKind.BLIND: "without looking"}
         reason = words.get(plan.kind, plan.reason) if not plan.reason else f"no plan: {plan.reason}"
         return replace(

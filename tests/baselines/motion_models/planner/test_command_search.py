@@ -1,6 +1,7 @@
 """The search over velocity commands: against its readable twin, against trying everything, and in small worlds."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -188,6 +189,12 @@ def test_the_clearest_step_is_the_one_furthest_from_unsafe_ground():
 def test_bad_settings_are_refused(settings):
     with pytest.raises(UserInputError):
         CommandSearchConfig(**settings)
+
+
+def test_nothing_is_commanded_that_no_data_tell_of():
+    slow = replace(ideal(), top_speed=0.25)
+    assert plan(standing(), ground(), models=slow, preferred_speed=0.6).commands[:, 0].max() == pytest.approx(0.2)
+    assert plan(standing(), ground(), models=slow, min_speed=0.5).commands[:, 0].tolist() == [0.5] * 7
 
 
 def test_actions():

@@ -40,7 +40,7 @@ def test_unknown_ground_is_unsafe_and_distances_are_straight():
     found = costmap_of(height)
     assert not found.safe[20, 20] and np.isnan(found.height[20, 20])
     assert found.safe[20, 21]
-    np.testing.assert_allclose(found.distance[[23, 24, 20], [24, 23, 31]], [5 * CELL, 5 * CELL, 10 * CELL], atol=1e-6)
+    np.testing.assert_allclose(found.distance[[23, 24, 20], [24, 23, 31]], [5 * CELL, 5 * CELL, 10 * CELL], rtol=0.02)
 
 
 def test_a_step_is_unsafe_along_its_edge_when_it_is_too_high():

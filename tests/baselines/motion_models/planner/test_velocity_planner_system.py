@@ -7,7 +7,7 @@ import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
-from quadpips_drake.baselines.motion_models.motion_models_module import MotionModelsConfig, MotionModelsModule
+from quadpips_drake.baselines.motion_models.planner.motion_models_module import MotionModelsConfig, MotionModelsModule
 from quadpips_drake.baselines.motion_models.planner.variants import belief_of
 from quadpips_drake.baselines.motion_models.planner.velocity_planner_system import VelocityPlanner
 from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig

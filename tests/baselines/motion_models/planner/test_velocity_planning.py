@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from quadpips_drake.baselines.motion_models.planner.adaptation import AdaptationConfig
 from quadpips_drake.baselines.motion_models.planner.command_search import CommandSearch, CommandSearchConfig, PlanKind
 from quadpips_drake.baselines.motion_models.planner.foot_costmap import FootCostmap
 from quadpips_drake.baselines.motion_models.planner.velocity_planner_config import VelocityPlannerConfig
@@ -58,6 +59,19 @@ def test_errors_of_the_models_are_measured():
     told = toy.memory.errors.plain()
     assert told["fdm"]["mae"] == pytest.approx(0.01, abs=1e-4) == told["fdm"]["mean"]
     assert told["cdm"]["mae"] < 1e-6
+
+
+def test_models_that_go_on_learning_err_less_on_another_walk():
+    """Feet come down 1 cm further than the models say: known after some steps."""
+    toy = walk_with(config=VelocityPlannerConfig(adaptation=AdaptationConfig(enabled=True, doubt=1.0)), error=0.01)
+    toy.walk(6.0, (3.0, 0.0), kept(ground()))
+    memory = toy.memory
+    assert memory.adaptation.steps == memory.errors.count == memory.first_errors.count > 10
+    assert memory.first_errors.plain()["fdm"]["mae"] == pytest.approx(0.01, abs=1e-3)
+    assert memory.errors.plain()["fdm"]["mae"] < 0.006
+    usual = walk_with(error=0.01)
+    usual.walk(2.0, (3.0, 0.0), kept(ground()))
+    assert usual.memory.adaptation is None and usual.memory.first_errors.count == 0
 
 
 def test_without_a_map_it_waits_and_then_gives_up():

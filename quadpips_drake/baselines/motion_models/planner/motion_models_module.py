@@ -13,7 +13,7 @@ from quadpips_drake.baselines.motion_models.walk_settings import motion_models_w
 from quadpips_drake.configuration.schema import configuration
 from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig
 from quadpips_drake.control.references.velocity_reference_system import VelocityReference
-from quadpips_drake.errors import unknown_name
+from quadpips_drake.errors import UserInputError, unknown_name
 from quadpips_drake.framework.ports import DiagramBuilder
 from quadpips_drake.framework.systems import Diagram
 from quadpips_drake.robots.robot_model import RobotModel
@@ -40,6 +40,8 @@ class MotionModelsConfig:
         if self.variant not in VARIANTS:
             raise unknown_name("variant of motion models", self.variant, VARIANTS)
         check_gait(self.gait)
+        if self.planner.adaptation.enabled and self.variant != "learned":
+            raise UserInputError(f"only learned models go on learning (planner.adaptation.enabled), not '{self.variant}'")
 
 
 class MotionModelsModule(Diagram):
