@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+
+from pydrake.systems.framework import InputPort
 
 from quadpips_drake.framework.ports import DiagramBuilder
 from quadpips_drake.framework.systems import Diagram
@@ -84,19 +85,19 @@ class PerceptionModule(Diagram):
         super().__init__()
         config = config or PerceptionConfig()
         timings = timings or StageTimings()
-        suffixes = ["", *(f"_{name}" for name in further_cameras)]
-        self.optional_inputs = [f"labels{suffix}" for suffix in suffixes]
+        eyes = eyes_of((camera, *further_cameras), seed, intrinsics)
+        self.optional_inputs = [f"labels{eye.suffix}" for eye in eyes]
         """Inputs that need nothing to feed them."""
         builder = DiagramBuilder()
         egocan = builder.AddSystem(LeggedEgocan(robot, config.egocan, further_cameras=further_cameras, timings=timings))
         superpixels = builder.AddSystem(SuperpixelSegmenter(config.superpixels, every_label=every_label, timings=timings))
         regions = builder.AddSystem(RegionExtractor(robot.foot_radius, config.regions, timings=timings))
         builder.ExportInput(egocan.GetInputPort("robot_state"), "robot_state")
-        for k, (name, suffix) in enumerate(zip((camera, *further_cameras), suffixes, strict=True)):
-            eye = _Eye(name, suffix, seed + k * _SEEDS_APART, intrinsics)
+        for eye in eyes:
             normals, segmenter = _add_eye(builder, robot, config, timings, eye)
-            builder.Connect(normals.GetOutputPort("affordance_image"), egocan.GetInputPort("affordance_image" + suffix))
-            if k == 0:
+            image = normals.GetOutputPort("affordance_image")
+            builder.Connect(image, egocan.GetInputPort("affordance_image" + eye.suffix))
+            if eye is eyes[0]:
                 builder.ExportOutput(normals.GetOutputPort("affordance_image"), "affordance_image")
                 if segmenter is not None:
                     builder.ExportOutput(segmenter.GetOutputPort("labels"), "label_image")
@@ -110,7 +111,7 @@ class PerceptionModule(Diagram):
 
 
 @dataclass(frozen=True)
-class _Eye:
+class Eye:
     """One camera: its mount, what to append to its names, the seed of its noise."""
 
     camera: str
@@ -119,24 +120,23 @@ class _Eye:
     intrinsics: CameraIntrinsics
 
 
-def _add_eye(builder, robot, config, timings, eye: _Eye) -> tuple[NormalEstimator, SteppabilitySegmenter | None]:
+def eyes_of(cameras: Sequence[str], seed: int, intrinsics: CameraIntrinsics) -> list[Eye]:
+    """Returns all ``cameras`` of a robot, the first of which needs no suffix; ``seed``: of its noise."""
+    return [Eye(name, f"_{name}" if k else "", seed + k * _SEEDS_APART, intrinsics) for k, name in enumerate(cameras)]
+
+
+def _add_eye(builder, robot, config, timings, eye: Eye) -> tuple[NormalEstimator, SteppabilitySegmenter | None]:
     """Adds all from the depth image of one camera to its affordance image; returns the last system and the network."""
     X_BC = robot.camera(eye.camera).X_BC
-    filters = _add_filters(builder, robot, config, timings, eye)
     normals = builder.AddSystem(
         NormalEstimator(X_BC, eye.intrinsics, config.normals, timings=timings, name="normal_estimator" + eye.suffix)
     )
-    chain = [*filters, normals]
-    builder.ExportInput(chain[0].GetInputPort("depth_image"), "depth_image" + eye.suffix)
-    for first, second in pairwise(chain):
-        builder.Connect(first.GetOutputPort("depth_image"), second.GetInputPort("depth_image"))
-    for system in chain:
-        if system.HasInputPort("robot_state"):
-            builder.ConnectInput("robot_state", system.GetInputPort("robot_state"))
+    add_filters(builder, robot, config, timings, eye, normals.GetInputPort("depth_image"))
+    builder.ConnectInput("robot_state", normals.GetInputPort("robot_state"))
     return normals, _connect_labels(builder, normals, config, timings, eye)
 
 
-def _connect_labels(builder, normals, config, timings, eye: _Eye) -> SteppabilitySegmenter | None:
+def _connect_labels(builder, normals, config, timings, eye: Eye) -> SteppabilitySegmenter | None:
     """Exports the input for labels, or adds the network, which labels the images that ``normals`` sees, and returns it."""
     if not config.steppability.enabled:
         builder.ExportInput(normals.GetInputPort("labels"), "labels" + eye.suffix)
@@ -150,13 +150,20 @@ def _connect_labels(builder, normals, config, timings, eye: _Eye) -> Steppabilit
     return segmenter
 
 
-def _add_filters(builder, robot, config, timings, eye: _Eye) -> list:
-    """Adds noise and self-filter, as far as they are enabled, and returns them in the order of the data flow."""
-    filters = []
+def add_filters(builder, robot, config, timings, eye: Eye, consumer: InputPort) -> None:
+    """Leads the exported depth image of ``eye`` to the ``consumer``, by way of noise and self-filter if they are enabled.
+
+    The diagram's input ``robot_state`` must be there already.
+    """
+    chain = []
     if config.depth_noise.enabled:
         noise = DepthNoise(config.depth_noise, intrinsics=eye.intrinsics, seed=eye.seed, timings=timings)
-        filters.append(builder.AddNamedSystem("depth_noise" + eye.suffix, noise))
+        chain.append(builder.AddNamedSystem("depth_noise" + eye.suffix, noise))
     if config.self_filter.enabled:
         filter_ = SelfFilter(robot, config.self_filter, intrinsics=eye.intrinsics, camera=eye.camera, timings=timings)
-        filters.append(builder.AddNamedSystem("self_filter" + eye.suffix, filter_))
-    return filters
+        chain.append(builder.AddNamedSystem("self_filter" + eye.suffix, filter_))
+        builder.ConnectInput("robot_state", filter_.GetInputPort("robot_state"))
+    ports = [*(system.GetInputPort("depth_image") for system in chain), consumer]
+    builder.ExportInput(ports[0], "depth_image" + eye.suffix)
+    for system, port in zip(chain, ports[1:], strict=True):
+        builder.Connect(system.GetOutputPort("depth_image"), port)

@@ -4,10 +4,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from quadpips_drake.baselines.heuristic_module import HeuristicConfig, HeuristicModule
+from quadpips_drake.baselines.motion_models.planner.motion_models_module import MotionModelsConfig, MotionModelsModule
 from quadpips_drake.control.mpc.mpc_config import walking_mpc
 from quadpips_drake.diagrams.planning_module import PlanningConfig, PlanningModule
 from quadpips_drake.framework.registry import Registry
 from quadpips_drake.robots.robot_model import RobotModel
+from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.timing import StageTimings
 
 
@@ -20,6 +22,12 @@ class PlannerSetup:
     """Of the entry's configuration type; None if it has none."""
     seed: int = 0
     timings: StageTimings = field(default_factory=StageTimings)
+    tracking: Any = None
+    """TrackingConfig of what follows the reference."""
+    truth: Terrain | None = None
+    """The true world, where regions are exact, too; for oracles. None: what there is to know comes from sensors."""
+    site: str = ""
+    """Fingerprint of the terrain: whether what a planner remembers of places is about this one."""
 
 
 planners = Registry("planner", "quadpips_drake.planners")
@@ -27,7 +35,11 @@ planners = Registry("planner", "quadpips_drake.planners")
 
 - ``reference`` (WholeBodyReference, frame W): what tracking follows; without samples it stands;
 - ``status`` (PlannerStatus): what the planner is about; in the phase ``no_plan`` it has given up, which ends a trial;
-- ``plan`` (PlanSketch; may be missing): what recordings draw.
+- ``plan`` (PlanSketch; may be missing): what recordings draw;
+- ``report`` (PlannerReport; may be missing): what result.json says about it under ``planning``.
+
+If it has a method ``make_visualizer(meshcat)``, recordings and live views get the system that this returns, whose inputs are
+fed by name: ``robot_state`` and the planner's outputs.
 
 Its inputs are fed by name: ``robot_state`` (RobotState, the estimate), ``region_set`` (RegionSet), ``ground_heights``
 (GroundHeights; not from every region source), ``label_image`` (LabelImage; likewise), ``safety_status``
@@ -38,7 +50,7 @@ behind a planner knows which one it is."""
 
 
 def _quadpips(setup: PlannerSetup) -> PlanningModule:
-    return PlanningModule(setup.robot, setup.config, timings=setup.timings)
+    return PlanningModule(setup.robot, setup.config, timings=setup.timings, site=setup.site)
 
 
 planners.add(
@@ -73,5 +85,19 @@ planners.add(
     HeuristicConfig,
     section="heuristic",
     summary="rival: the same on regions of an elevation map, swings clear its heights",
-    wishes=_rival_wishes(clear_ground=True),
+    wishes=_rival_wishes(clear_ground=True) | {"region_source": "elevation"},
+)
+
+
+def _motion_models(setup: PlannerSetup) -> MotionModelsModule:
+    tracking, truth = setup.tracking, setup.truth
+    return MotionModelsModule(setup.robot, setup.config, tracking=tracking, truth=truth, timings=setup.timings)
+
+
+planners.add(
+    "motion_models",
+    _motion_models,
+    MotionModelsConfig,
+    summary="search over velocity commands with learned motion models of the walk that follows them (arXiv 2307.12292)",
+    wishes=_rival_wishes(),
 )

@@ -42,6 +42,7 @@ class TrackingModule(Diagram):
         - robot_state
         - reference
         - abort (optional)
+        - signed_distance (optional)
         output_ports:
         - feedforward_torque
         - desired_joint_state
@@ -52,6 +53,7 @@ class TrackingModule(Diagram):
     - robot_state: RobotState, frame W.
     - reference: WholeBodyReference in absolute time, frame W; without samples: stand.
     - abort (optional): bool; True drops the reference while it lasts.
+    - signed_distance (optional): SignedDistance from the ground, frame W, that knees and trunk keep if the MPC is told to.
     - feedforward_torque: [N m], vector (12,).
     - desired_joint_state: joint positions [rad] and velocities [rad/s], vector (24,).
     - mpc_policy, wbc_status: MpcPolicy and WholeBodyCommand, what the controllers do.
@@ -70,6 +72,7 @@ class TrackingModule(Diagram):
         builder.ConnectInput("robot_state", safety.GetInputPort("robot_state"))
         builder.ExportInput(safety.GetInputPort("reference"), "reference")
         builder.ExportInput(safety.GetInputPort("abort"), "abort")
+        builder.ExportInput(mpc.GetInputPort("signed_distance"), "signed_distance")
         reference = safety.GetOutputPort("safe_reference")
         if config.faults.terrain_height_error:
             raised = builder.AddSystem(RaisedFootholds(config.faults.terrain_height_error))

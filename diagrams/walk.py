@@ -1,5 +1,6 @@
 """Walking by velocity command, without perception or planning: station, command, velocity reference, tracking."""
 
+from collections.abc import Sequence
 from dataclasses import field
 
 from pydrake.geometry import MeshcatVisualizer, MeshcatVisualizerParams
@@ -10,13 +11,15 @@ from quadpips_drake.control.references.scripted_command_system import ScriptedCo
 from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig
 from quadpips_drake.control.references.velocity_reference_system import VelocityReference
 from quadpips_drake.control.references.walk_command import WalkCommand
+from quadpips_drake.diagrams.pushed_station import add_pushes
 from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.diagrams.state_estimators import EstimatorSetup, add_state_estimate, check_drift, state_estimators
 from quadpips_drake.diagrams.tracking_module import TrackingConfig, TrackingModule
 from quadpips_drake.estimation.pose_drift import PoseDriftConfig
-from quadpips_drake.faults.push_system import Push, PushSource
+from quadpips_drake.faults.push_system import Push
 from quadpips_drake.framework.ports import DiagramBuilder, output_names
 from quadpips_drake.framework.systems import Diagram
+from quadpips_drake.terrain.terrain import Element
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.recording import FRAMES_PER_SECOND
@@ -75,7 +78,9 @@ class WalkDiagram(Diagram):
         commands: list[WalkCommand],
         config: WalkConfig | None = None,
         *,
-        pushes: list[Push] = (),
+        pushes: Sequence[Push] = (),
+        appearing: tuple[Element, ...] = (),
+        live: bool = False,
         seed: int = 0,
         timings: StageTimings | None = None,
         meshcat=None,
@@ -89,6 +94,9 @@ class WalkDiagram(Diagram):
             commands: gait and velocity over time.
             config: the stages' parameters.
             pushes: forces on the base.
+            appearing: elements that are not there until ``station.let_appear``.
+            live: whether somebody has a hand in it while it runs: pushes and commands can be added (``pushes.add``,
+                ``command.add``).
             seed: of all random numbers.
             timings: collects the stages' computing times.
             meshcat: where to draw; None draws nothing.
@@ -99,7 +107,8 @@ class WalkDiagram(Diagram):
         config, timings = config or WalkConfig(), timings or StageTimings()
         self.terrain = terrain
         builder = DiagramBuilder()
-        self.station = builder.AddSystem(SimulationStation(robot, terrain, config.station, seed=seed))
+        station = SimulationStation(robot, terrain, config.station, appearing=appearing, seed=seed)
+        self.station = builder.AddSystem(station)
         self.robot = self.station.robot
         self.tracking = builder.AddSystem(TrackingModule(robot, config.tracking, timings))
         self.command = builder.AddSystem(command or _command_of(commands, meshcat if panel else None))
@@ -111,20 +120,11 @@ class WalkDiagram(Diagram):
         truth, state = add_state_estimate(builder, config.state_estimator, setup, sensors)
         builder.Connect(state, self.reference.GetInputPort("robot_state"))
         self._connect_command(builder, state)
-        builder.Connect(state, self.tracking.GetInputPort("robot_state"))
-        builder.Connect(self.reference.GetOutputPort("reference"), self.tracking.GetInputPort("reference"))
-        builder.Connect(self.tracking.GetOutputPort("safety_status"), self.reference.GetInputPort("safety_status"))
-        for name in ("feedforward_torque", "desired_joint_state"):
-            builder.Connect(self.tracking.GetOutputPort(name), self.station.GetInputPort(name))
-        if pushes:
-            base = self.station.plant.GetBodyByName("base")
-            source = builder.AddSystem(PushSource(pushes, base, self.robot.tree.link_com[0]))
-            builder.Connect(source.get_output_port(), self.station.GetInputPort("applied_spatial_force"))
+        self._connect_tracking(builder, state)
+        if pushes or live:
+            self.pushes = add_pushes(builder, self.station, pushes)
         if meshcat is not None:
-            self._add_visualizers(builder, meshcat, truth, pushes)
-        if panel:
-            follower = builder.AddSystem(CameraFollower(robot, meshcat))
-            builder.Connect(truth, follower.get_input_port())
+            self._add_visualizers(builder, meshcat, truth, pushes, follow=panel or live, keep_history=not live)
         self._export(builder, truth, state)
         builder.BuildInto(self)
         self.set_name("walk")
@@ -133,19 +133,31 @@ class WalkDiagram(Diagram):
         """Stands the robot on the terrain at ``start`` (x, y [m], yaw [rad]); raises UserInputError where it cannot."""
         self.station.set_initial_state(root_context, *start)
 
+    def _connect_tracking(self, builder: DiagramBuilder, state) -> None:
+        builder.Connect(state, self.tracking.GetInputPort("robot_state"))
+        builder.Connect(self.reference.GetOutputPort("reference"), self.tracking.GetInputPort("reference"))
+        builder.Connect(self.tracking.GetOutputPort("safety_status"), self.reference.GetInputPort("safety_status"))
+        for name in ("feedforward_torque", "desired_joint_state"):
+            builder.Connect(self.tracking.GetOutputPort(name), self.station.GetInputPort(name))
+
     def _connect_command(self, builder: DiagramBuilder, state) -> None:
         if self.command.HasInputPort("robot_state"):
             builder.Connect(state, self.command.GetInputPort("robot_state"))
         for name in ("velocity_command", "gait"):
             builder.Connect(self.command.GetOutputPort(name), self.reference.GetInputPort(name))
 
-    def _add_visualizers(self, builder: DiagramBuilder, meshcat, truth, pushes: list[Push]) -> None:
+    def _add_visualizers(
+        self, builder: DiagramBuilder, meshcat, truth, pushes: Sequence[Push], *, follow: bool, keep_history: bool
+    ) -> None:
         period = 1.0 / FRAMES_PER_SECOND
         query, params = self.station.GetOutputPort("query_object"), MeshcatVisualizerParams(publish_period=period)
         MeshcatVisualizer.AddToBuilder(builder, query, meshcat, params)
-        arrows = builder.AddSystem(WalkVisualizer(self.robot, meshcat, pushes, period=period))
+        arrows = builder.AddSystem(WalkVisualizer(self.robot, meshcat, pushes, period=period, keep_history=keep_history))
         builder.Connect(truth, arrows.GetInputPort("robot_state"))
         builder.Connect(self.command.GetOutputPort("velocity_command"), arrows.GetInputPort("velocity_command"))
+        if follow:
+            follower = builder.AddSystem(CameraFollower(self.robot, meshcat))
+            builder.Connect(truth, follower.get_input_port())
 
     def _export(self, builder: DiagramBuilder, truth, state) -> None:
         builder.ExportOutput(truth, "true_robot_state")

@@ -4,7 +4,7 @@ A measuring instrument beside the diagram: it never influences a result, so it i
 The compiling of kernels, which happens once in a machine's life, is no part of it.
 """
 
-from collections import defaultdict
+from collections import defaultdict, deque
 from contextlib import contextmanager
 
 import numpy as np
@@ -15,8 +15,9 @@ from quadpips_drake.compiling import work_clock
 class StageTimings:
     """Collects wall-clock durations per stage name."""
 
-    def __init__(self):
-        self._samples = defaultdict(list)
+    def __init__(self, keep: int | None = None):
+        """``keep``: how many of each stage are kept, the newest ones; None: all."""
+        self._samples = defaultdict(lambda: deque(maxlen=keep))
 
     @contextmanager
     def measure(self, stage: str):

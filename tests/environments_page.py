@@ -31,6 +31,7 @@ ROBOTS = ("anymal_c", "go2")
 
 PAPER = "QuadPiPS (2026), section VIII"
 RELEASED = f"{PAPER}, and its released world"
+GAPS = "arXiv 2307.12292: widths of the gaps, heights of the steps and their order as published, all else chosen"
 SOURCES = {
     "balance_beam": f"{RELEASED}; the slabs end here, 4 m before and behind the beam",
     "boulders": "our own; spherical obstacles as in arXiv 2501.00112, which tells neither counts nor sizes nor poses",
@@ -38,7 +39,12 @@ SOURCES = {
     "down_ramp": "released with QuadPiPS, not in its benchmark; with a slope of 0.175 rad its `down_ramp_10`",
     "flat": "our own; `empty` of QuadPiPS is larger",
     "gap": "our own, for curves of success against the width of a trench",
+    "gaps_and_steps": f"{GAPS}, scenario III; the second step leads down again, which is chosen, too",
+    "gaps_staggered": f"{GAPS}, scenario II",
+    "gaps_symmetric": f"{GAPS}, scenario I",
     "go2_double_platform": f"{PAPER}-E (a to f of its Figure 17): heights as published; lengths and widths chosen",
+    "irregular_stones": "our own, for the experiment of arXiv 2501.00112, section 4.1: irregularly posed regions and "
+    "spherical obstacles, of which neither counts nor sizes nor poses are told",
     "obstructed_balance_beam": f"{PAPER} shows it and tells that the barriers are angled and labelled passable; it was not "
     "released: beam as `balance_beam`, number, height and tilt of the barriers chosen",
     "offset_beam": "released with QuadPiPS, not in its benchmark",
@@ -78,9 +84,10 @@ The terrains of the library, written by `python -m tests.environments_page` from
     quadpips terrain export rubble --seed 3 --difficulty 0.1     as a file, to be edited
 
 In Python: `load_terrain("balance_beam", seed=3, difficulty=0.25)`. The seed decides what is random in a world (`boulders`,
-`bumps`, `pegboard`, `rubble`, `sparse_stones`; the same draws at any difficulty), and in any of them it moves the start by
-up to 5 cm in x and y and 0.05 rad. Start is x, y [m] and yaw [rad], goal x, y [m]. Pictures show seed 0 with the robot at
-the start and a flag at the goal; dark is what no foot may use (a pit's floor), orange what may be stepped over but not on.
+`bumps`, `irregular_stones`, `pegboard`, `rubble`, `sparse_stones`; the same draws at any difficulty), and in any of them it
+moves the start by up to 5 cm in x and y and 0.05 rad. Start is x, y [m] and yaw [rad], goal x, y [m]. Pictures show seed 0
+with the robot at the start and a flag at the goal; dark is what no foot may use (a pit's floor), orange what may be stepped
+over but not on.
 
 A terrain of one's own: [terrain.md](terrain.md), [extending.md](extending.md). A function of another package gets a
 difficulty by the decorator `quadpips_drake.takes_difficulty`.

@@ -33,8 +33,9 @@ ABOVE_THE_STAGES = {
     "baselines": {"baselines"},
     "diagrams": {"diagrams", "baselines"},
     "trials": {"trials", "diagrams", "baselines"},
+    "cockpit": {"cockpit", "trials", "diagrams", "baselines"},
     "benchmark": {"benchmark", "trials", "diagrams", "baselines"},
-    "cli": {"cli", "benchmark", "trials", "diagrams", "baselines"},
+    "cli": {"cli", "benchmark", "cockpit", "trials", "diagrams", "baselines"},
 }
 """What each of them may import besides all stages."""
 MODELS = "models"

@@ -9,7 +9,7 @@ import yaml
 
 from quadpips_drake.benchmark.study_pool import Study, run_study
 from quadpips_drake.files import write_text
-from quadpips_drake.robots.stage_latencies import latency_layer
+from quadpips_drake.robots.stage_latencies import MEASURED, latency_layer
 from quadpips_drake.trials.loading import load_config
 from quadpips_drake.trials.trial import Trial
 
@@ -22,6 +22,8 @@ CHARGED_TO = {
     "perception.steppability": ("steppability",),
     "perception.egocan": ("egocan",),
     "perception.superpixels": ("egocan_cap", "superpixels"),
+    "elevation.map": ("depth_noise", "self_filter", "elevation_map"),
+    "elevation.planes": ("elevation_planes",),
     "planning.torso": ("regions", "torso_search"),
     "planning.footholds": ("foothold_search",),
     "planning.swings": ("swing_optimization",),
@@ -57,12 +59,14 @@ def preset(robot: str, results: dict) -> dict:
     """Rates and latencies of the stages out of the computing times of all runs of ``robot``, keys as below ``stages``."""
     runs = [samples for key, samples in results.items() if key.split("/")[0] == robot]
     tree = latency_layer("paper", robot).data  # for the keys, and for the rates of stages that need one to be late
+    tree["elevation"] = latency_layer(MEASURED, robot).data["elevation"]  # a region source that these runs need not have
     for path, stages in CHARGED_TO.items():
         section = tree
         for name in path.split("."):
             section = section[name]
         times = [[time for run in runs for time in run.get(stage, ())] for stage in stages]
-        section["latency"] = round(float(sum(np.percentile(t, PERCENTILE) for t in times if t)), _DIGITS)
+        if any(times) or not path.startswith("elevation."):
+            section["latency"] = round(float(sum(np.percentile(t, PERCENTILE) for t in times if t)), _DIGITS)
     return tree
 
 

@@ -2,27 +2,26 @@
 
 All areas are counted on a map of square cells that is fixed to the world. What each score means:
 
-- *floor* is every pixel of the cap that belongs to a superpixel: ground of which regions may be made. Where an
-  edge runs within a cell of a pixel, the nearer surface counts, because a cell cannot say where in it the edge is.
+- *floor* is every pixel of the cap that belongs to a superpixel, or every cell of an elevation map that belongs to a plane:
+  ground of which regions may be made. Where an edge runs within a cell of it, the nearer surface counts, because a cell
+  cannot say where in it the edge is.
 - *false-safe* is region area (after inset) over a void, or more than 2 cm or 10 degrees off the surface that is there.
 - *in view* is what the camera has seen so far (the surface was within 2 cm of the depth that a noise-free image shows) and
-  what lies within the floor cap now.
+  what lies within the egocan's floor cap now, whoever makes the regions.
 - *steppable* is ground of a walkable label, at most 30 degrees steep, at least 12 cm wide where it is and in view, after an
   inset of 3 cm. *Coverage* is the share of it that lies in regions after the same inset of 3 cm; *foot coverage* is the
   share that lies in their insets, which keep the foot's radius and a margin from edges and are what planning uses.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 import shapely
 
 from quadpips_drake.math.polygons import shrink
-from quadpips_drake.perception.superpixels.superpixels import SuperpixelConfig, segment_superpixels
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
-from quadpips_drake.values.images import EgocanImage
 from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.values.sensing import CameraIntrinsics
 
@@ -48,6 +47,16 @@ KEPT_MOMENTS = 4
 
 
 @dataclass(frozen=True)
+class Floor:
+    """Ground of which regions may be made, within FLOOR_RADIUS of the camera, as perception has it."""
+
+    points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """In the frame O that perception takes for the world [m], (n, 3)."""
+    normals: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Upward unit normals in O, (n, 3)."""
+
+
+@dataclass(frozen=True)
 class PerceptionSample:
     """What perception says at one time, and what is true then; poses in the true world W."""
 
@@ -59,7 +68,7 @@ class PerceptionSample:
     intrinsics: CameraIntrinsics
     X_WO: np.ndarray
     """Pose in W of the frame that perception takes for the world (4, 4); the identity unless the pose estimate drifts."""
-    can: EgocanImage
+    floor: Floor
     regions: RegionSet
 
 
@@ -112,10 +121,10 @@ class TruthMap:
 class PerceptionScorer:
     """Scores samples one after the other; remembers what has been seen and the regions of the last sample."""
 
-    def __init__(self, terrain: Terrain, superpixels: SuperpixelConfig):
-        """``superpixels``: how the floor is found."""
+    def __init__(self, terrain: Terrain, reach: float):
+        """``reach``: of the floor cap around the camera, in heights of the camera above the ground [1]."""
         self.map = TruthMap(terrain)
-        self._superpixels = superpixels
+        self._reach = reach
         self._ground = np.isfinite(self.map.height)
         self.seen = np.zeros(self.map.x.shape, bool)
         self._previous: tuple | None = None
@@ -171,8 +180,7 @@ class PerceptionScorer:
         measured[inside] = sample.true_depth[np.rint(v[inside]).astype(int), np.rint(u[inside]).astype(int)]
         with np.errstate(invalid="ignore"):
             self.seen[near & self._ground] |= np.abs(measured - z) < MAX_OFF_SURFACE
-            rim = 0.5 * sample.can.cap_height.shape[0] / sample.can.cap_focal
-            return self._ground & (np.hypot(dx, dy) < rim * down)
+            return self._ground & (np.hypot(dx, dy) < self._reach * down)
 
     def _in_view(self, in_cap: np.ndarray) -> np.ndarray:
         """Returns the cells in view, at least MIN_WIDTH wide and after the inset; where there is no ground: True."""
@@ -182,14 +190,10 @@ class PerceptionScorer:
 
     def _score_floor(self, sample: PerceptionSample) -> dict:
         """Height and normal errors of the floor within FLOOR_RADIUS."""
-        can, superpixels = sample.can, segment_superpixels(sample.can, self._superpixels)
-        points = superpixels.points
-        with np.errstate(invalid="ignore"):
-            floor = (superpixels.assignment >= 0) & (np.hypot(points[..., 0], points[..., 2]) < FLOOR_RADIUS)
-        if not floor.any():
+        if len(sample.floor.points) == 0:
             return {"height_rms_m": None, "normal_median_deg": None, "floor_pixels": 0, "ghost_share": None}
-        X_WE = sample.X_WO @ can.X_WE
-        p_WQ = points[floor] @ X_WE[:3, :3].T + X_WE[:3, 3]
+        R_WO, p_WO = sample.X_WO[:3, :3], sample.X_WO[:3, 3]
+        p_WQ = sample.floor.points @ R_WO.T + p_WO
         shifts = CELL * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
         x, y = p_WQ[:, 0] + shifts[:, :1], p_WQ[:, 1] + shifts[:, 1:]
         errors = np.nan_to_num(np.abs(p_WQ[:, 2] - self.map.truth.height(x, y)), nan=np.inf)
@@ -197,7 +201,7 @@ class PerceptionScorer:
         error = errors[nearest, columns]
         ghost = ~np.isfinite(error)
         true_normals = self.map.truth.normal(x[nearest, columns], y[nearest, columns])
-        found = can.cap_normals[floor] @ X_WE[:3, :3].T
+        found = sample.floor.normals @ R_WO.T
         angle = np.degrees(np.arccos(np.clip(np.sum(found * true_normals, axis=1), -1, 1)))[~ghost]
         self._normal_errors.append(angle[::7].astype(np.float32))
         return {

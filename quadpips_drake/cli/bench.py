@@ -44,7 +44,9 @@ app = typer.Typer(
 
 Robots = Annotated[str | None, typer.Option(metavar="R,R", help="Which robots. Default: anymal_c.")]
 Terrains = Annotated[str | None, typer.Option(metavar="paper|all|A,B", help="Suites, names or files. Default: paper.")]
-Planners = Annotated[str | None, typer.Option(metavar="P,Q", help="Who plans: quadpips, s_mpc, em_mpc. Default: quadpips.")]
+Planners = Annotated[
+    str | None, typer.Option(metavar="P,Q", help="Who plans: quadpips, s_mpc, em_mpc, motion_models. Default: quadpips.")
+]
 Regions = Annotated[str | None, typer.Option(metavar="NAME", help="Where planar regions come from. Default: superpixels.")]
 Trials = Annotated[int | None, typer.Option(min=1, metavar="N", help="Of each kind. Default: 10.")]
 FirstSeed = Annotated[int | None, typer.Option(min=0, metavar="N", help="Of the first trial; others follow. Default: 0.")]

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from quadpips_drake import __version__
-from quadpips_drake.cli import bench, dataset, diagram, doctor, film, report, run, terrain, train, walk
+from quadpips_drake.cli import bench, cockpit, dataset, diagram, doctor, film, report, run, terrain, train, walk
 from quadpips_drake.cli.console import OneLineErrors
 from quadpips_drake.cli.evaluation import evaluate
 from quadpips_drake.cli.motion_models import motion_models
@@ -49,6 +49,7 @@ def _root(
 
 app.command(epilog=run.EPILOG)(run.run)
 app.command(epilog=walk.EPILOG)(walk.walk)
+app.command(epilog=cockpit.EPILOG)(cockpit.cockpit)
 app.command(epilog=film.EPILOG)(film.film)
 app.add_typer(bench.app, name="bench")
 app.command(epilog=report.EPILOG)(report.report)

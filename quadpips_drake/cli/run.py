@@ -15,6 +15,7 @@ from quadpips_drake.cli.trials import (
     NoRecording,
     Overwrite,
     Profile,
+    Pushes,
     Rerun,
     Robot,
     Scenario,
@@ -22,6 +23,7 @@ from quadpips_drake.cli.trials import (
     Sets,
     Start,
     Threads,
+    pushes_of,
     resolve,
     run_and_report,
     watched_from,
@@ -39,6 +41,8 @@ Examples:
   quadpips run --terrain balance_beam --difficulty 0.3
 
   quadpips run --terrain flat --spawn box:0.2,0.2,0.15@foothold@4
+
+  quadpips run --terrain flat --push 0,250,0,6,0.1   250 N to the left (world y) at 6 s, for 0.1 s
 
   quadpips run my_scenario.yaml --goal 4,0  a file, one value replaced
 
@@ -80,7 +84,8 @@ def run(
     ] = None,
     difficulty: Difficulty = None,
     planner: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Who plans: quadpips, s_mpc or em_mpc. Default: quadpips.")
+        str | None,
+        typer.Option(metavar="NAME", help="Who plans: quadpips, s_mpc, em_mpc or motion_models. Default: quadpips."),
     ] = None,
     regions: Annotated[
         str | None, typer.Option(metavar="NAME", help="Where planar regions come from. Default: superpixels.")
@@ -89,6 +94,7 @@ def run(
     start: Start = None,
     goal: Annotated[str | None, typer.Option(metavar="X,Y", help="Goal, m. Default: the terrain's.")] = None,
     spawn: Spawn = None,
+    push: Pushes = None,
     duration: Annotated[
         float | None, typer.Option(parser=console.seconds, metavar="S", help="Longest simulated time, s. Default: 120.")
     ] = None,
@@ -112,7 +118,7 @@ def run(
     """
     options = {"robot": robot, "terrain": terrain, "planner": planner, "seed": seed, "duration": duration}
     options |= {"latency": latency, "threads": threads, "difficulty": difficulty}
-    options["spawn"] = spawn or None
+    options |= {"spawn": spawn or None, "pushes": pushes_of(push)}
     options["start"] = None if start is None else console.numbers("--start", start, "X,Y,YAW")
     options["goal"] = None if goal is None else console.numbers("--goal", goal, "X,Y")
     chosen = [] if regions is None else [f"stages.region_source={regions}"]

@@ -51,6 +51,12 @@ Threads = Annotated[
     int | None,
     typer.Option(metavar="1|2", help="2: late results are computed on a second core meanwhile; the numbers are the same."),
 ]
+Pushes = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="N,E,W,T0,DT", help="Force on the base along x, y, z of the world, N, from T0 for DT s; repeatable."
+    ),
+]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace the results that DIR holds already.")]
 MeshcatHost = Annotated[
     str | None,
@@ -238,6 +244,16 @@ def resolve(schema: type, other: type, command: str, scenario: Path | None, opti
         if scenario is not None and is_for(other) and not is_for(schema):
             raise UserInputError(f"{scenario}: this is a configuration for 'quadpips {command}'; use that") from None
         raise
+
+
+def pushes_of(texts: list[str] | None) -> list[dict] | None:
+    """All ``--push`` as the keys of Push; None without any."""
+    return [_push(text) for text in texts] if texts else None
+
+
+def _push(text: str) -> dict:
+    *force, time, duration = console.numbers("--push", text, "N,E,W,T0,DT")
+    return {"force": force, "time": time, "duration": duration}
 
 
 def watched_from(meshcat: bool, host: str | None) -> str | None:

@@ -14,12 +14,14 @@ from quadpips_drake.cli.trials import (
     NoRecording,
     Overwrite,
     Profile,
+    Pushes,
     Rerun,
     Robot,
     Scenario,
     Seed,
     Sets,
     Start,
+    pushes_of,
     resolve,
     run_and_report,
     watched_from,
@@ -72,12 +74,7 @@ def walk(
         str | None, typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list', or a file. Default: flat.")
     ] = None,
     difficulty: Difficulty = None,
-    push: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="N,E,W,T0,DT", help="Force on the base along x, y, z of the world, N, from T0 for DT s; repeatable."
-        ),
-    ] = None,
+    push: Pushes = None,
     latency: Latency = None,
     start: Start = None,
     seed: Seed = None,
@@ -102,7 +99,7 @@ def walk(
     options["difficulty"] = difficulty
     options["velocity"] = None if velocity is None else console.numbers("--velocity", velocity, "VX,VY,WZ")
     options["start"] = None if start is None else console.numbers("--start", start, "X,Y,YAW")
-    options["pushes"] = [_push(text) for text in push] if push else None
+    options["pushes"] = pushes_of(push)
     from quadpips_drake.trials.walk_trial import run_walk
 
     config = resolve_walk_config(scenario, {k: v for k, v in options.items() if v is not None}, sets or [])
@@ -126,9 +123,3 @@ def default_directory(config) -> Path:
 
     names = {"robot": config.robot, "terrain": config.terrain, "gait": config.gait, "seed": config.seed}
     return Path("out") / directory_name(config, resolve_walk_config(None, names, []), *names.values())
-
-
-def _push(text: str) -> dict:
-    """One ``--push`` as the keys of a Push."""
-    *force, time, duration = console.numbers("--push", text, "N,E,W,T0,DT")
-    return {"force": force, "time": time, "duration": duration}

@@ -19,10 +19,11 @@ class FailingMpc(CentroidalMpc):
         input_ports:
         - robot_state
         - reference
+        - signed_distance (optional)
         output_ports:
         - mpc_policy
 
-    - robot_state, reference, mpc_policy: as of CentroidalMpc.
+    - robot_state, reference, signed_distance, mpc_policy: as of CentroidalMpc.
     """
 
     def __init__(
@@ -41,4 +42,4 @@ class FailingMpc(CentroidalMpc):
     def update(self, inputs: Inputs, memory: MpcMemory, time: float) -> MpcMemory:
         """One solve, or one that fails."""
         solver = self._solver if self._faults.is_out(inputs.robot_state.stamp) else None
-        return self._mpc.compute(inputs.robot_state, inputs.reference, memory, solver)
+        return self._mpc.compute(inputs.robot_state, inputs.reference, memory, solver, inputs.signed_distance)

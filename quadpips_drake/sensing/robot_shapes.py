@@ -1,4 +1,4 @@
-"""The visible shapes of a robot, as plain arrays for the self-filter."""
+"""The visible shapes of a robot, as plain arrays."""
 
 from functools import cache
 from typing import NamedTuple
@@ -48,6 +48,15 @@ def load_robot_shapes(robot: RobotModel) -> RobotShapes:
             shapes.append((kind, link, half_size, rounding, pose.rotation().matrix(), pose.translation()))
     kind, link, half_size, rounding, rotation, position = (np.array(column) for column in zip(*shapes, strict=True))
     return RobotShapes(kind, link, half_size.astype(float), rounding.astype(float), rotation, position)
+
+
+def trunk_corners(robot: RobotModel) -> np.ndarray:
+    """Returns the lower corners of the box along the axes of B around all shapes of the base, (4, 3) [m]."""
+    shapes = load_robot_shapes(robot)
+    base = shapes.link == 0
+    half = np.einsum("nij,nj->ni", np.abs(shapes.R_LG[base]), shapes.half_size[base]) + shapes.rounding[base, None]
+    low, high = (shapes.p_LG[base] - half).min(axis=0), (shapes.p_LG[base] + half).max(axis=0)
+    return np.array([[x, y, low[2]] for x in (low[0], high[0]) for y in (low[1], high[1])])
 
 
 def _describe(shape, name: str):

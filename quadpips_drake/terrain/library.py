@@ -11,7 +11,7 @@ from quadpips_drake.terrain.environments.beams import balance_beam, obstructed_b
 from quadpips_drake.terrain.environments.boulders import boulders
 from quadpips_drake.terrain.environments.difficulty import Difficulty, difficulty_of
 from quadpips_drake.terrain.environments.flat import flat
-from quadpips_drake.terrain.environments.gap import gap
+from quadpips_drake.terrain.environments.gaps import gap, gaps_and_steps, gaps_staggered, gaps_symmetric
 from quadpips_drake.terrain.environments.go2_hardware import (
     go2_double_platform,
     go2_flat,
@@ -24,7 +24,7 @@ from quadpips_drake.terrain.environments.ramped_beam import ramped_balance_beam,
 from quadpips_drake.terrain.environments.ramped_stones import ramped_stepping_stones, ramped_stepping_stones_easy
 from quadpips_drake.terrain.environments.ramps import down_ramp, ramp_10, slope
 from quadpips_drake.terrain.environments.stairs import open_stairs, open_stairs_10, stairs, stairs_10
-from quadpips_drake.terrain.environments.stones import sparse_stones, stepping_stones
+from quadpips_drake.terrain.environments.stones import irregular_stones, sparse_stones, stepping_stones
 from quadpips_drake.terrain.environments.uneven import bumps, pegboard, rubble
 from quadpips_drake.terrain.environments.views import cameras_of
 from quadpips_drake.terrain.environments.winding_beam import winding_balance_beam, winding_balance_beam_hard
@@ -33,9 +33,10 @@ from quadpips_drake.terrain.files.terrain_file import read_terrain_file
 from quadpips_drake.terrain.terrain import Terrain
 
 _ENVIRONMENTS = (
-    balance_beam, boulders, bumps, down_ramp, flat, gap, go2_double_platform, go2_flat, go2_ramped_platform,
-    go2_ramped_stones, go2_single_platform, go2_triple_platform, obstructed_balance_beam, offset_beam, open_stairs,
-    open_stairs_10, parallel_beams, pegboard, ramp_10, ramped_balance_beam, ramped_balance_beam_easy,
+    balance_beam, boulders, bumps, down_ramp, flat, gap, gaps_and_steps, gaps_staggered, gaps_symmetric,
+    go2_double_platform, go2_flat, go2_ramped_platform, go2_ramped_stones, go2_single_platform, go2_triple_platform,
+    irregular_stones, obstructed_balance_beam, offset_beam, open_stairs, open_stairs_10, parallel_beams, pegboard, ramp_10,
+    ramped_balance_beam, ramped_balance_beam_easy,
     ramped_stepping_stones, ramped_stepping_stones_easy, rubble, slope, sparse_stones, stairs, stairs_10,
     stepping_stones, winding_balance_beam, winding_balance_beam_hard,
 )  # fmt: skip

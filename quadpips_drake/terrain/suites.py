@@ -17,15 +17,17 @@ _GO2_HARDWARE = (
     "go2_ramped_stones",
 )
 _CURVES = ("balance_beam", "gap", "stairs", "ramp_10", "sparse_stones")
+_GAPS = ("gaps_symmetric", "gaps_staggered", "gaps_and_steps")
 
 
 def suite_names() -> tuple[str, ...]:
     """Names of the suites.
 
     ``paper``: the ten environments of QuadPiPS (2026), section VIII; ``all``: every terrain that is made for the robot;
-    ``go2_hardware``: the six setups in which the Go2 walked; ``curves``: those whose difficulties are published as curves.
+    ``go2_hardware``: the six setups in which the Go2 walked; ``curves``: those whose difficulties are published as curves;
+    ``gaps``: the scenarios I to III of Taouil et al. (2023).
     """
-    return ("all", "curves", "go2_hardware", "paper")
+    return ("all", "curves", "gaps", "go2_hardware", "paper")
 
 
 def suite_terrains(name: str, robot: str) -> tuple[str, ...]:
@@ -38,6 +40,8 @@ def suite_terrains(name: str, robot: str) -> tuple[str, ...]:
         return _paper(robot)
     if name == "curves":
         return _CURVES
+    if name == "gaps":
+        return _GAPS
     if name == "go2_hardware":
         return _GO2_HARDWARE
     if name == "all":

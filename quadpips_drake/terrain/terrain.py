@@ -3,6 +3,7 @@
 Frames: W world (z up, against gravity), E of an element (its centre and axes).
 """
 
+import hashlib
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -200,6 +201,17 @@ class Terrain(ImmutableValue):
         bounds = np.array([element.bounds() for element in self.elements])
         bounds.flags.writeable = False
         return bounds
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Hash of all elements: the same for terrains in which everything lies at the same place, whatever their names."""
+        digest = hashlib.sha256()
+        for element in self.elements:
+            digest.update(type(element).__name__.encode())
+            for key, value in sorted(vars(element).items()):
+                if key not in ("name", "path"):
+                    digest.update(key.encode() + np.ascontiguousarray(value, float).tobytes())
+        return digest.hexdigest()[:16]
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest x, y, z [m] of all elements."""

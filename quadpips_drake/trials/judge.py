@@ -46,6 +46,10 @@ class TrialJudge:
         """The world is this one from now on."""
         self._truth = GroundTruth(terrain)
 
+    def move_goal(self, goal) -> None:
+        """The goal is at ``goal``, x, y [m], from now on."""
+        self._goal, self._at_goal_since = np.asarray(goal, dtype=float), None
+
     def distance_to_goal(self, state: RobotState) -> float:
         """Horizontal distance of the torso to the goal [m]."""
         return float(np.linalg.norm(state.p_WB[:2] - self._goal))

@@ -157,7 +157,7 @@ def _simulate(
         announce("writing")
         result = _told(trial)
         reported = TrialReport(trial, result, directory.path) if report else None
-        files = {"result.json": result.save, "log.npz": trial.log.save}
+        files = {"result.json": result.save, "log.npz": trial.log.save, **trial.further_files()}
         if trial.traceback:
             files["error.txt"] = lambda path: write_text(path, trial.traceback)
         story = narrator.finish(trial)

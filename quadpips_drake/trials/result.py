@@ -49,6 +49,8 @@ class TrialResult:
     cause: dict = field(default_factory=dict)
     """After a failure, the most likely one: ``cause``, ``time`` [s] since when, ``text`` (what was measured), ``system``,
     ``keys`` of the configuration; see ``reporting``. Empty where there is none."""
+    planning: dict = field(default_factory=dict)
+    """What a planner says about itself beside its status (PlannerReport); empty where it says nothing."""
 
     def __post_init__(self):
         if self.reason not in REASONS:

@@ -11,6 +11,7 @@ from quadpips_drake.errors import UserInputError
 TRIAL_FILES = (
     *("result.json", "log.npz", "recording.html", "config.yaml", "error.txt"),
     *("report.html", "story.json", "film.mp4", "explain.html", "profile.html", "profile.json"),
+    "experience.npz",
 )
 """What a trial writes."""
 _LOCK = ".lock"

@@ -11,13 +11,17 @@ from pydrake.systems.analysis import Simulator
 from quadpips_drake.compiling import work_clock
 from quadpips_drake.configuration.schema import MAX_DURATION, MAX_SEED, configuration, ranged
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.faults.push_system import Push, force_at
 from quadpips_drake.framework.background import Background
 from quadpips_drake.framework.stage import compute_in_background
 from quadpips_drake.interruption import check as check_interruption
+from quadpips_drake.terrain.appearing.appearances import Appearance
 from quadpips_drake.terrain.placement import problem_with_start
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.trials.judge import JudgeConfig, TrialJudge, Verdict
+from quadpips_drake.trials.observation import read
 from quadpips_drake.trials.result import TrialResult, installed_versions
+from quadpips_drake.trials.spawning.spawner import Spawner
 from quadpips_drake.trials.trial_log import TrialLog
 
 _START_STREAM = 1
@@ -25,6 +29,8 @@ _START_STREAM = 1
 PROGRESS_PERIOD = 0.5
 """Between two entries of result.json's progress [s]."""
 
+RECENT_TIMINGS = 500
+"""Computations of each stage whose time a ``live`` trial remembers."""
 MAX_SAMPLES = 300_000
 """Longest log: a sample takes some 2 kB of memory."""
 
@@ -85,8 +91,27 @@ class SimulatedTrial:
     HAS_GOAL = True
     """Whether it is about reaching the terrain's goal."""
 
-    def __init__(self, config: SimulationConfig, terrain, diagram, timings: StageTimings, judge: TrialJudge):
-        """Args: what to run; the world; the diagram of all (``set_initial_state``, ``observe``); its timings; the judge."""
+    def __init__(
+        self,
+        config: SimulationConfig,
+        terrain,
+        diagram,
+        timings: StageTimings,
+        judge: TrialJudge,
+        *,
+        spawner: Spawner | None = None,
+        live: bool = False,
+    ):
+        """
+        Args:
+            config: what to run.
+            terrain: the world.
+            diagram: of all (``set_initial_state``, ``observe``).
+            timings: of its stages.
+            judge: says when it is over.
+            spawner: lets appear what is not there from the beginning; None: nothing.
+            live: whether somebody has a hand in it, for as long as they like: only the last sample is kept, no result.
+        """
         gc.collect()  # earlier trials: few objects for the collector, which would wait for more, but tens of megabytes each
         self.config, self.terrain, self.diagram, self.timings, self.judge = config, terrain, diagram, timings, judge
         self.robot = diagram.robot
@@ -95,7 +120,11 @@ class SimulatedTrial:
         self.context = self.simulator.get_mutable_context()
         self.start = _start_of(config, terrain)
         diagram.set_initial_state(self.context, self.start)
-        self.log = TrialLog()
+        self.spawner = spawner
+        self.live = live
+        self.pushes = list(getattr(config, "pushes", ()))
+        """Forces on the base, those included that came up while it went on."""
+        self.log = TrialLog(keep=1 if live else None)
         self.progress: list = []
         self.verdict: Verdict | None = None
         self.wall_time = 0.0
@@ -123,15 +152,45 @@ class SimulatedTrial:
     @property
     def present_terrain(self):
         """The Terrain as it is now, with all that has appeared."""
-        return self.terrain
+        return self.terrain if self.spawner is None else self.spawner.terrain
 
     def appeared(self) -> list[list]:
         """Number in the station, time [s] and X_WE (16 numbers) of each element that has appeared."""
-        return []
+        return [] if self.spawner is None else self.spawner.places()
+
+    def force_on_base(self, time: float) -> np.ndarray:
+        """Sum of the pushes at ``time`` [s], in W [N], (3,)."""
+        return force_at(self.pushes, time)
+
+    def further_files(self) -> dict[str, Callable]:
+        """What only this kind of trial writes: by the name of the file, a function of its path."""
+        return {}
 
     def prepare_world(self) -> None:
-        """Called before each step; raises UserInputError for what makes no sense now."""
+        """Called before each step: lets appear what is due; raises UserInputError for what makes no sense now."""
         self.diagram.station.bring_ground_near(self.context)
+        if self.spawner is None or not self.spawner.is_waiting:
+            return
+        time, reference = self.context.get_time(), read(self.diagram, "reference", self.context)
+        if self.spawner.advance(self.context, time, reference):
+            self.judge.look_at(self.spawner.terrain)
+            new = [elements for at, elements in self.spawner.appeared() if at == time]
+            self.log.appeared += [(time, *element.bounds()) for elements in new for element in elements.elements]
+
+    def push(self, push: Push) -> None:
+        """Lets ``push`` act as well; in a ``live`` trial, which forgets those that are over."""
+        self.diagram.pushes.add(self.context, push)
+        now = self.context.get_time()
+        self.pushes = [*(p for p in self.pushes if p.time + p.duration > now), push]
+
+    def spawn(self, spawn: Appearance, first: int) -> None:
+        """Lets ``spawn`` appear now, as the station's elements from number ``first`` on; in a ``live`` trial.
+
+        Raises:
+            UserInputError: it cannot be there; nothing has changed then.
+        """
+        self.spawner.add(spawn, first, self.context, self.context.get_time())
+        self.judge.look_at(self.spawner.terrain)
 
     def run(
         self, progress: Callable[[float], None] | None = None, look: Callable[["SimulatedTrial"], None] | None = None
@@ -189,7 +248,9 @@ class SimulatedTrial:
             return  # what lies on the ground may break off; the verdict stands
 
     def note_progress(self, stamp: float, fraction: float) -> None:
-        """Enters ``fraction`` (0..1) into the result's progress, every PROGRESS_PERIOD."""
+        """Enters ``fraction`` (0..1) into the result's progress, every PROGRESS_PERIOD; a ``live`` trial has none."""
+        if self.live:
+            return
         if not self.progress or stamp - self.progress[-1][0] >= PROGRESS_PERIOD - 1e-9:
             self.progress.append([round(stamp, 3), round(float(np.clip(fraction, 0.0, 1.0)), 4)])
 

@@ -1,6 +1,6 @@
 """One trial: a robot, a terrain, a planner and a seed, simulated until the judge says that it is over."""
 
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,19 +10,22 @@ from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.diagrams.planners import planners
 from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram, stages_type
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.faults.push_system import Push
+from quadpips_drake.planning.experience.experience_file import save_library
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.terrain.placement import problem_with_goal
-from quadpips_drake.terrain.terrain import Terrain
+from quadpips_drake.terrain.terrain import Element, Terrain
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trials.foothold_statistics import ends_in_force, foothold_statistics, swing_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
-from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, problem_with_trial_start
+from quadpips_drake.trials.simulated_trial import RECENT_TIMINGS, SimulatedTrial, SimulationConfig, problem_with_trial_start
 from quadpips_drake.trials.spawning.spawner import Spawner, parse_spawns
+from quadpips_drake.trials.steps.foothold_statistics import ends_in_force, foothold_statistics, swing_statistics
+from quadpips_drake.trials.steps.touch_downs import touch_down_statistics
+from quadpips_drake.trials.steps.walk_statistics import FootholdBook
 from quadpips_drake.trials.trial_options import default_stages, planner_wishes
-from quadpips_drake.trials.walk_statistics import FootholdBook
 from quadpips_drake.trials.watching.notes import NoteTaker
 from quadpips_drake.trials.watching.sight import Sight
 from quadpips_drake.trials.watching.tracking_row import tracking_row
@@ -48,6 +51,8 @@ class TrialConfig(SimulationConfig):
     """What appears during the trial: KIND:SIZE@X,Y[,Z[,YAW]]@TIME, KIND:SIZE@foothold@TIME or FILE.yaml@TIME."""
     stages: QuadpipsConfig | None = None
     """All stages; default: for ``robot``, with the sections that planner, region source and state estimator need."""
+    pushes: list[Push] = field(default_factory=list)
+    """Forces on the base at set times."""
 
     @staticmethod
     def choices() -> dict[str, tuple]:
@@ -87,7 +92,14 @@ class Trial(SimulatedTrial):
     SUCCESS = "goal_reached"
 
     def __init__(
-        self, config: TrialConfig, *, robot: RobotModel | None = None, terrain: Terrain | None = None, meshcat=None
+        self,
+        config: TrialConfig,
+        *,
+        robot: RobotModel | None = None,
+        terrain: Terrain | None = None,
+        meshcat=None,
+        live: bool = False,
+        spare: tuple[Element, ...] = (),
     ):
         """Loads and builds everything.
 
@@ -96,6 +108,8 @@ class Trial(SimulatedTrial):
             robot: the robot; default: what the configuration names.
             terrain: the world; default: what the configuration names.
             meshcat: where to draw.
+            live: whether somebody has a hand in it while it goes on (``push``, ``spawn``, ``move_goal``).
+            spare: elements that wait for ``spawn``; the station counts them before those of the configuration.
 
         Raises:
             UserInputError: something that was asked for cannot be had.
@@ -104,38 +118,42 @@ class Trial(SimulatedTrial):
         problem = problem_with_trial_start(config, robot, terrain) or problem_with_goal(terrain)
         if problem:
             raise UserInputError(problem)
-        timings, spawns = StageTimings(), parse_spawns(config.spawn, config.duration)
+        timings = StageTimings(RECENT_TIMINGS if live else None)
+        spawns = parse_spawns(config.spawn, config.duration)
         diagram = QuadpipsDiagram(
             robot,
             terrain,
             config.stages,
             planner=config.planner,
-            appearing=tuple(element for spawn in spawns for element in spawn.elements),
+            appearing=(*spare, *(element for spawn in spawns for element in spawn.elements)),
+            pushes=config.pushes,
+            live=live,
             seed=config.seed,
             timings=timings,
             meshcat=meshcat,
         )
-        super().__init__(config, terrain, diagram, timings, TrialJudge(terrain, config.judge))
-        self._spawner = Spawner(spawns, diagram, terrain)
+        spawner = Spawner(spawns, diagram, terrain, first=len(spare))
+        # Whoever has a hand in it moves the goal: being there is not the end.
+        judge = TrialJudge(terrain, config.judge, has_goal=not live)
+        super().__init__(config, terrain, diagram, timings, judge, spawner=spawner, live=live)
+        self.log.keep_references = not live
         self._notes, self._sight = NoteTaker(self.log), Sight(diagram.regions)
         self._rolling = FootholdBook()
         self.use_threads(config.threads)
 
-    @property
-    def present_terrain(self) -> Terrain:
-        return self._spawner.terrain
+    def move_goal(self, goal) -> None:
+        """Puts the goal to ``goal``, x, y in W [m].
 
-    def appeared(self) -> list[list]:
-        return self._spawner.places()
-
-    def prepare_world(self) -> None:
-        """Lets appear what is due."""
-        super().prepare_world()
-        time, reference = self.context.get_time(), read(self.diagram, "reference", self.context)
-        if self._spawner.advance(self.context, time, reference):
-            self.judge.look_at(self._spawner.terrain)
-            new = [elements for at, elements in self._spawner.appeared() if at == time]
-            self.log.appeared += [(time, *element.bounds()) for elements in new for element in elements.elements]
+        Raises:
+            UserInputError: nobody can walk there.
+        """
+        moved = replace(self.present_terrain, goal=goal)
+        problem = problem_with_goal(moved)
+        if problem:
+            raise UserInputError(problem)
+        self.terrain = replace(self.terrain, goal=goal)
+        self.diagram.move_goal(self.context, moved.goal)
+        self.judge.move_goal(moved.goal)
 
     def sample(self) -> Verdict | None:
         """Logs the present moment and judges it."""
@@ -146,13 +164,14 @@ class Trial(SimulatedTrial):
             observation.foot_positions,
             observation.reference,
             phase=status.phase.number,
+            push=self.force_on_base(state.stamp),
             **tracking_row(observation),
             **self._sight.row(self.diagram, self.context),
         )
         self._notes.look(observation, status, self._foothold_plan())
         if observation.reference.rolling:
             self._rolling.note(observation.reference, state.stamp)
-        self._spawner.watch(self.context, state.stamp)
+        self.spawner.watch(self.context, state.stamp)
         initial = np.linalg.norm(self.start[:2] - np.asarray(self.terrain.goal))
         self.note_progress(state.stamp, 1.0 - self.judge.distance_to_goal(state) / max(initial, 1e-9))
         bottoms = self.robot.soles_W(observation.foot_positions)
@@ -161,12 +180,21 @@ class Trial(SimulatedTrial):
             verdict = Verdict("no_plan", status.reason)
         return verdict
 
+    def further_files(self) -> dict:
+        """The experience, where there is any."""
+        library = self._of_planner("experience")
+        return {} if library is None else {"experience.npz": lambda path: save_library(path, library)}
+
     def _foothold_plan(self):
         """The FootholdPlan of the last request; None where the planner has no such port."""
+        return self._of_planner("foothold_plan")
+
+    def _of_planner(self, port: str):
+        """The value at an output port that only some planners have; None where this one has not."""
         planner = self.diagram.planning
-        if not planner.HasOutputPort("foothold_plan"):
+        if not planner.HasOutputPort(port):
             return None
-        return read(planner, "foothold_plan", planner.GetMyContextFromRoot(self.context))
+        return read(planner, port, planner.GetMyContextFromRoot(self.context))
 
     def time_is_up(self) -> Verdict:
         """The goal has not been reached."""
@@ -177,12 +205,15 @@ class Trial(SimulatedTrial):
         observation, status = observe(self.diagram, self.context), read(self.diagram, "status", self.context)
         if len(self.log):
             more |= self._step_statistics(observation.robot_state.stamp)
+        report = self._of_planner("report")
+        if report is not None:
+            more["planning"] = report.facts
         return super().result(
             planner=self.config.planner,
             distance_to_goal=round(self.judge.distance_to_goal(observation.robot_state), 4),
             replans=status.replans,
             events={**status.events, **observation.instabilities},
-            spawned=self._spawner.plain(),
+            spawned=self.spawner.plain(),
             fallbacks={**status.fallbacks, **observation.fallbacks},
             **more,
         )
@@ -193,12 +224,13 @@ class Trial(SimulatedTrial):
             self.log.references = [self._rolling.reference(now)]
         arrays = self.log.arrays()
         samples = arrays["time"], arrays["foot_positions"], arrays["contacts"]
+        landed = touch_down_statistics(arrays, self.present_terrain, self.robot.foot_radius)
         if self._rolling:
-            return {"footholds": foothold_statistics(self.log.references, *samples)}
+            return {"footholds": foothold_statistics(self.log.references, *samples) | landed}
         ends = ends_in_force(self.log.references, arrays)
         return {
-            "footholds": foothold_statistics(self.log.references, *samples, until=ends),
-            "clearance": swing_statistics(self.log.references, arrays, self.robot, self.terrain, self._spawner.appeared()),
+            "footholds": foothold_statistics(self.log.references, *samples, until=ends) | landed,
+            "clearance": swing_statistics(self.log.references, arrays, self.robot, self.terrain, self.spawner.appeared()),
         }
 
 

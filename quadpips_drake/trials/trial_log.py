@@ -18,7 +18,11 @@ class TrialLog:
     """Grows by one row per sample; every array has the sample as its first axis, but for those of footholds, of notes and of
     what has appeared."""
 
-    def __init__(self):
+    def __init__(self, keep: int | None = None):
+        """``keep``: how many samples are kept, the newest ones; None: all."""
+        self.keep_references = True
+        """Whether to collect references as they are published; never rolling ones, which supersede each other too fast."""
+        self._keep = keep
         self._samples: tuple[list[dict], list[dict]] = [], []
         """Blocks of _BLOCK samples each, stacked, and the rows of the samples after them."""
         self.references: list = []
@@ -55,9 +59,11 @@ class TrialLog:
         blocks, rows = self._samples
         # At once: an interruption leaves whole samples.
         rows.append({key: np.array(value) for key, value in row.items()})
-        if len(rows) == _BLOCK:  # rows of small arrays need four times the memory
+        if self._keep is not None:
+            del rows[: -self._keep]
+        elif len(rows) == _BLOCK:  # rows of small arrays need four times the memory
             self._samples = [*blocks, _stacked(rows)], []
-        kept = reference is not None and len(reference.times) and not reference.rolling
+        kept = self.keep_references and reference is not None and len(reference.times) and not reference.rolling
         if kept and (not self.references or self.references[-1] is not reference):
             self.references.append(reference)
 

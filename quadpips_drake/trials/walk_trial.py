@@ -11,19 +11,20 @@ from quadpips_drake.control.references.velocity_reference import VelocityWalk
 from quadpips_drake.control.references.walk_command import WalkCommand, check_commands
 from quadpips_drake.diagrams.walk import WalkConfig, WalkDiagram
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.faults.push_system import Push, force_at
+from quadpips_drake.faults.push_system import Push
 from quadpips_drake.gaits.gaits import gait_number, load_gait
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.terrain.terrain import Terrain
+from quadpips_drake.terrain.terrain import Element, Terrain
 from quadpips_drake.timing import StageTimings
-from quadpips_drake.trials.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.judge import TrialJudge, Verdict
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.result import TrialResult
-from quadpips_drake.trials.simulated_trial import SimulatedTrial, SimulationConfig, problem_with_trial_start
+from quadpips_drake.trials.simulated_trial import RECENT_TIMINGS, SimulatedTrial, SimulationConfig, problem_with_trial_start
+from quadpips_drake.trials.spawning.spawner import Spawner
+from quadpips_drake.trials.steps.foothold_statistics import foothold_statistics
+from quadpips_drake.trials.steps.walk_statistics import FootholdBook, walk_statistics
 from quadpips_drake.trials.trial_options import default_stages
-from quadpips_drake.trials.walk_statistics import FootholdBook, walk_statistics
 from quadpips_drake.trials.watching.notes import NoteTaker
 from quadpips_drake.trials.watching.tracking_row import tracking_row
 from quadpips_drake.trials.world import world_of
@@ -89,6 +90,8 @@ class WalkTrial(SimulatedTrial):
         terrain: Terrain | None = None,
         meshcat=None,
         panel: bool = False,
+        live: bool = False,
+        spare: tuple[Element, ...] = (),
     ):
         """Loads and builds everything; raises UserInputError when something that was asked for cannot be had.
 
@@ -98,24 +101,30 @@ class WalkTrial(SimulatedTrial):
             terrain: the world; default: what the configuration names.
             meshcat: where to draw.
             panel: whether commands come from sliders in Meshcat; then the simulation keeps to real time.
+            live: whether somebody has a hand in it while it goes on (``push``, ``spawn``, ``command``).
+            spare: elements that wait for ``spawn``.
         """
         robot, terrain = world_of(config, robot, terrain)
         problem = problem_with_trial_start(config, robot, terrain)
         if problem:
             raise UserInputError(problem)
-        timings = StageTimings()
+        timings = StageTimings(RECENT_TIMINGS if live else None)
         diagram = WalkDiagram(
             robot,
             terrain,
             config.commands,
             config.stages,
             pushes=config.pushes,
+            appearing=spare,
+            live=live,
             seed=config.seed,
             timings=timings,
             meshcat=meshcat,
             panel=panel,
         )
-        super().__init__(config, terrain, diagram, timings, TrialJudge(terrain, config.judge, has_goal=False))
+        judge = TrialJudge(terrain, config.judge, has_goal=False)
+        spawner = Spawner((), diagram, terrain)
+        super().__init__(config, terrain, diagram, timings, judge, spawner=spawner, live=live)
         self._footholds, self._notes = FootholdBook(), NoteTaker(self.log)
         if panel:
             self.simulator.set_target_realtime_rate(1.0)
@@ -124,7 +133,9 @@ class WalkTrial(SimulatedTrial):
         """Logs the present moment and judges it."""
         seen = observe(self.diagram, self.context)
         state = seen.robot_state
-        self._footholds.note(seen.reference, state.stamp)
+        if not self.live:
+            self._footholds.note(seen.reference, state.stamp)
+        self.spawner.watch(self.context, state.stamp)
         self.log.append(
             state,
             seen.foot_positions,
@@ -139,13 +150,17 @@ class WalkTrial(SimulatedTrial):
         bottoms = self.robot.soles_W(seen.foot_positions)
         return self.judge(state, bottoms, seen.body_touches)
 
+    def command(self, gait: str, velocity) -> None:
+        """Lets the robot walk in ``gait`` with ``velocity``, forward, left [m/s], turn [rad/s], from now on; ``live``.
+
+        Raises:
+            UserInputError: the gait is unknown, or the velocity makes no sense.
+        """
+        self.diagram.command.add(self.context, WalkCommand(self.context.get_time(), gait, [float(v) for v in velocity]))
+
     def time_is_up(self) -> Verdict:
         """The robot has not fallen."""
         return Verdict("upright", "")
-
-    def force_on_base(self, time: float) -> np.ndarray:
-        """Sum of the pushes at ``time`` [s], in W [N], (3,)."""
-        return force_at(self.config.pushes, time)
 
     def _feasible(self, velocity: np.ndarray, gait: str) -> np.ndarray:
         """What the legs can do of a velocity command, (3,)."""

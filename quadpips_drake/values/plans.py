@@ -166,6 +166,8 @@ class FootholdPlan(ImmutableValue):
     """Stances that the search for this waypoint looked at [1]."""
     refusals: dict = field(default_factory=dict)
     """How many of them each constraint refused: {constraint: count}."""
+    cost: float = 0.0
+    """Of the way to the last stance, as the search counts [m]."""
 
     @staticmethod
     def empty() -> "FootholdPlan":

@@ -1,4 +1,4 @@
-"""Planar convex regions and the heights of the ground: what perception hands to planning."""
+"""Planar convex regions and the heights of the ground: what perception hands to planning, and an elevation map."""
 
 from dataclasses import dataclass
 
@@ -89,3 +89,57 @@ class GroundHeights(ImmutableValue):
     def empty() -> "GroundHeights":
         """Nothing is known."""
         return GroundHeights(-np.inf, np.zeros(2), 0.01, np.zeros((0, 0), np.float32))
+
+
+@dataclass(frozen=True, eq=False)
+class ElevationMap(ImmutableValue):
+    """One height and its variance per square cell in a window that travels with the robot in whole cells; frame W.
+
+    Cell (i, j) covers x in [cell (first_cell[0] + i), + cell), y likewise with j.
+    """
+
+    stamp: float
+    """Time of the newest depth image in it [s]."""
+    first_cell: np.ndarray
+    """World indices of cell (0, 0), int64 (2,)."""
+    cell: float
+    """Side of a cell [m]."""
+    height: np.ndarray
+    """z of the surface [m], float32 (n, n); NaN where unknown."""
+    variance: np.ndarray
+    """Of the height [m^2], float32 (n, n); NaN where unknown."""
+    X_WB: np.ndarray
+    """Pose of the base at that time, (4, 4)."""
+    cleaned: float = -np.inf
+    """When cells that the camera sees through were last removed [s]."""
+
+    @property
+    def corner(self) -> np.ndarray:
+        """x, y of the corner of cell (0, 0) with the least x and y [m], (2,)."""
+        return self.first_cell * self.cell
+
+    @staticmethod
+    def empty(cells: int = 0, cell: float = 0.03) -> "ElevationMap":
+        """Returns a window of ``cells`` by ``cells`` in which nothing is known."""
+        unknown = np.full((cells, cells), np.nan, np.float32)
+        return ElevationMap(-np.inf, np.full(2, -cells // 2, np.int64), cell, unknown, unknown.copy(), np.eye(4))
+
+
+@dataclass(frozen=True, eq=False)
+class SignedDistance(ImmutableValue):
+    """Distance from the ground around the robot on a grid of points; frame W. Between them it is trilinear
+    (``math.trilinear``)."""
+
+    stamp: float
+    """Of the map that it was made of [s]."""
+    origin: np.ndarray
+    """Where point (0, 0, 0) lies [m], (3,)."""
+    step: float
+    """Between neighbouring points, along each axis [m]."""
+    distance: np.ndarray
+    """[m], negative in the ground, float32 (n, m, k), indices along x, y, z."""
+
+    @staticmethod
+    def empty() -> "SignedDistance":
+        """Nothing is known."""
+        return SignedDistance(-np.inf, np.zeros(3), 1.0, np.zeros((0, 0, 0), np.float32))

@@ -103,3 +103,18 @@ class PlannerStatus(ImmutableValue):
     def empty() -> "PlannerStatus":
         """Before the planner looked for the first time."""
         return PlannerStatus(-math.inf, PlannerPhase.STANDING_UP)
+
+
+@dataclass(frozen=True, eq=False)
+class PlannerReport(ImmutableValue):
+    """What a planner says about itself beside its status, for result.json."""
+
+    stamp: float
+    """[s]"""
+    facts: dict = field(default_factory=dict)
+    """Names and plain data: numbers, texts, lists and dictionaries of these."""
+
+    @staticmethod
+    def empty() -> "PlannerReport":
+        """It has nothing to say yet."""
+        return PlannerReport(-math.inf)

@@ -1,6 +1,7 @@
-"""What the swing optimiser made of a foothold plan."""
+"""What the swing optimiser made of a foothold plan, and what is remembered of such attempts."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
 
 import numpy as np
 
@@ -68,3 +69,57 @@ class SwingPlan(ImmutableValue):
     def without_motion(stamp: float, request_id: int = 0, reason: str = "", **fields) -> "SwingPlan":
         """The answer to a request that led to no motion, and why."""
         return SwingPlan(replace(WholeBodyReference.empty(stamp), request_id=request_id), reason=reason, **fields)
+
+
+class SwingOutcome(IntEnum):
+    """What became of a swing that was tried."""
+
+    CONVERGED = 0
+    UNCONVERGED = 1
+    """A motion was found that is not the best one."""
+    FAILED = 2
+    """There is none, or it met something on its way."""
+
+
+@dataclass(frozen=True, eq=False)
+class ExperienceLibrary(ImmutableValue):
+    """What became of the transitions that were tried so far: n records, each of all attempts at one of them.
+
+    With the scope "site" footholds are in W, of one terrain; with "general" they are in the heading frame H of the stance
+    before: origin in the middle of its feet, z up, x from the middle of the hind feet to that of the fore feet.
+    """
+
+    scope: str = "general"
+    """site or general."""
+    robot: str = ""
+    """Whose transitions."""
+    configuration: str = ""
+    """Hash of what the costs depend on."""
+    site: str = ""
+    """Fingerprint of the terrain; empty with the scope "general"."""
+    trials: int = 0
+    """Plans of which swings were learned so far: its clock."""
+    phase: np.ndarray = field(default_factory=lambda: np.zeros(0, np.uint8))
+    """Phase of the gait in which they swing, uint8 (n,)."""
+    legs: np.ndarray = field(default_factory=lambda: np.zeros(0, np.uint8))
+    """The legs that swing, as bits (1 << leg), uint8 (n,)."""
+    before: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 3)))
+    """Ground points of all feet before [m], (n, 4, 3) ..."""
+    after: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 3)))
+    """... and after [m], (n, 4, 3)."""
+    count: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    """Attempts, int64 (n,)."""
+    cost: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    """Their mean optimal cost above that of an easy swing, at least 0; a failed one costs ``failure_cost``; (n,)."""
+    status: np.ndarray = field(default_factory=lambda: np.zeros(0, np.uint8))
+    """SwingOutcome of the last attempt, uint8 (n,)."""
+    last: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    """When that was, in ``trials``, int64 (n,)."""
+
+    def __len__(self) -> int:
+        return len(self.count)
+
+    @staticmethod
+    def empty() -> "ExperienceLibrary":
+        """Nothing was tried yet."""
+        return ExperienceLibrary()

@@ -1,5 +1,6 @@
 """WalkVisualizer: commanded velocity and pushes as arrows at the robot, in Meshcat and in recordings."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,11 +48,18 @@ class WalkVisualizer(LeafSystem):
     - velocity_command: forward, left [m/s], yaw rate [rad/s] in the robot's heading frame, vector (3,).
     """
 
-    def __init__(self, robot, meshcat: Meshcat, pushes: list[Push] = (), *, period: float = 1 / 32):
-        """Args: the robot; where to draw; the forces on it; time between two looks [s]."""
+    def __init__(self, robot, meshcat: Meshcat, pushes: Sequence[Push] = (), *, period: float = 1 / 32, keep_history=True):
+        """
+        Args:
+            robot: the robot.
+            meshcat: where to draw.
+            pushes: the forces on it.
+            period: time between two looks [s].
+            keep_history: whether commands that are out of date are hidden (a recording can show them again) or deleted.
+        """
         super().__init__()
         self.set_name("walk_visualizer")
-        self._meshcat, self._pushes, self._layers = meshcat, tuple(pushes), MeshcatLayers(meshcat)
+        self._meshcat, self._pushes, self._layers = meshcat, tuple(pushes), MeshcatLayers(meshcat, keep_history=keep_history)
         self._robot_state = self.DeclareAbstractInputPort("robot_state", AbstractValue.Make(standing_state(robot)))
         self._command = self.DeclareVectorInputPort("velocity_command", 3)
         self._shown = self.DeclareAbstractState(AbstractValue.Make(_Shown()))

@@ -2,7 +2,12 @@
 
 import pytest
 
-from quadpips_drake.cli.evaluation.evaluate_perception import default_directory, resolve_evaluation_config
+from quadpips_drake.cli.evaluation.evaluate_perception import (
+    chosen_sources,
+    default_directory,
+    resolve_evaluation_config,
+)
+from quadpips_drake.errors import UserInputError
 from quadpips_drake.trials.result_directory import ResultDirectory
 from tests.cli.test_run import quadpips
 
@@ -24,6 +29,18 @@ def test_different_evaluations_have_different_directories():
     ]
     assert len(set(names)) == len(names), names
     assert names[0] == "perception-go2-stairs-1"
+
+
+def test_sources_of_regions_have_names_and_their_scores_a_directory():
+    config = resolve_evaluation_config({"terrain": "flat"}, False, None, [])
+    assert chosen_sources(None, config) == ["superpixels"]
+    sources = chosen_sources("superpixels, elevation", config)
+    assert sources == ["superpixels", "elevation"]
+    assert default_directory(config, False, sources).name.endswith("-superpixels-elevation")
+    assert default_directory(config, False, ["superpixels"]) == default_directory(config, False)
+    for wrong, message in (("elevatoin", "unknown region source"), ("oracle,oracle", "twice")):
+        with pytest.raises(UserInputError, match=message):
+            chosen_sources(wrong, config)
 
 
 def test_scores_are_replaced_only_when_it_is_asked_for(tmp_path):

@@ -3,6 +3,7 @@
 from pydrake.systems.framework import Diagram
 
 from quadpips_drake.control.references.walk_command import WalkCommand
+from quadpips_drake.diagrams.elevation_module import ElevationModule
 from quadpips_drake.diagrams.observed_station import ObservedStation
 from quadpips_drake.diagrams.perception_module import PerceptionModule
 from quadpips_drake.diagrams.planning_module import PlanningConfig, PlanningModule
@@ -26,6 +27,8 @@ def make_systems() -> list[Diagram]:
         PerceptionModule(robot, intrinsics),
         PerceptionModule(robot, intrinsics, QuadpipsConfig().perception),
         PerceptionModule(robot, intrinsics, further_cameras=["left", "right"]),
+        ElevationModule(robot, intrinsics, further_cameras=["left", "right"]),
+        ElevationModule(robot, intrinsics, with_distance=True),
         PlanningModule(robot),
         PlanningModule(robot, PlanningConfig(footholds=FootholdConfig(steppability="penalty"))),
         TrackingModule(robot),

@@ -8,6 +8,14 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.sensors import ImageDepth32F
 
+from quadpips_drake.baselines.goal_command import GoalCommandConfig
+from quadpips_drake.baselines.goal_command_system import GoalCommand
+from quadpips_drake.baselines.motion_models.command_sequence_system import SequencedCommand
+from quadpips_drake.baselines.motion_models.planner.foot_costmap import FootCostmap
+from quadpips_drake.baselines.motion_models.planner.foot_costmap_system import FootCostmapBuilder, OracleFootCostmap
+from quadpips_drake.baselines.motion_models.planner.velocity_planner_system import VelocityPlanner, VelocityPlannerConfig
+from quadpips_drake.baselines.perceptive_config import PerceptiveReferenceConfig
+from quadpips_drake.baselines.perceptive_reference_system import PerceptiveReference
 from quadpips_drake.control.mpc.centroidal_mpc_system import CentroidalMpc
 from quadpips_drake.control.mpc.mpc_config import MpcConfig
 from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig
@@ -19,6 +27,10 @@ from quadpips_drake.framework.stage import Stage
 from quadpips_drake.perception.config import PerceptionConfig
 from quadpips_drake.perception.egocan.egocan import EgocanConfig
 from quadpips_drake.perception.egocan.legged_egocan_system import LeggedEgocan
+from quadpips_drake.perception.elevation.elevation_config import DistanceConfig, ElevationMapConfig, PlaneConfig
+from quadpips_drake.perception.elevation.elevation_mapper_system import ElevationMapper
+from quadpips_drake.perception.elevation.ground_distance_system import GroundDistance
+from quadpips_drake.perception.elevation.plane_decomposer_system import PlaneDecomposer
 from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
 from quadpips_drake.perception.normals.normals import NormalConfig
 from quadpips_drake.perception.regions.oracle_regions import OracleRegionConfig
@@ -29,6 +41,8 @@ from quadpips_drake.perception.steppability.steppability_config import Steppabil
 from quadpips_drake.perception.steppability.steppability_segmenter_system import SteppabilitySegmenter
 from quadpips_drake.perception.superpixels.superpixel_segmenter_system import SuperpixelSegmenter
 from quadpips_drake.perception.superpixels.superpixels import SuperpixelConfig
+from quadpips_drake.planning.experience.experience_config import ExperienceConfig
+from quadpips_drake.planning.experience.experience_recorder_system import ExperienceRecorder
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
 from quadpips_drake.planning.torso.torso_config import TorsoConfig
@@ -46,8 +60,11 @@ from quadpips_drake.trajectory.swing.swing_optimizer_system import SwingTrajecto
 from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.plans import FootholdPlan, PlanRequest, TorsoPath
 from quadpips_drake.values.reference import WholeBodyReference
-from quadpips_drake.values.regions import RegionSet
+from quadpips_drake.values.regions import ElevationMap, RegionSet
+from quadpips_drake.values.swing_plan import SwingPlan
+from tests.baselines import hand_made
 from tests.perception import scenes
+from tests.perception.elevation.maps import ideal_map
 from tests.planning.worlds import standing_state
 from tests.trajectory.walking import uneven_plan
 
@@ -56,6 +73,7 @@ X_BC = ROBOT.camera().X_BC
 PERCEPTION = PerceptionConfig()
 SEEN = scenes.look(scenes.Scene([]), [(0.0, scenes.base_pose(), 0.0)], PERCEPTION, scenes.SMALL)
 """What an egocan remembers of a floor."""
+SEEN_MAP = ideal_map(scenes.Scene([]), half_extent=0.3)
 EGOCAN, SUPERPIXELS, _ = scenes.regions_of(SEEN, PERCEPTION)
 
 
@@ -97,6 +115,14 @@ def _affordance(k, time):
 _no_reference = {"reference": _nothing(WholeBodyReference)}
 _mpc_feed = _with_state(**_no_reference)
 _one_swing = uneven_plan(ROBOT, swings=1)
+
+
+def _ahead(k, time):
+    return np.array([2.0, 0.0])
+
+
+FIXED = {SequencedCommand, FootCostmapBuilder, OracleFootCostmap}
+"""Stages without a section of the configuration: their rate is no setting, and they are never late."""
 
 STAGES = {
     TorsoPlanner: FedStage(
@@ -171,6 +197,42 @@ STAGES = {
         lambda config: RegionExtractor(ROBOT.foot_radius, config),
         lambda k, time: {"superpixels": replace(SUPERPIXELS, stamp=time)},
     ),
+    ElevationMapper: FedStage(
+        ElevationMapConfig,
+        lambda config: ElevationMapper(ROBOT, scenes.SMALL, config),
+        _with_state(depth_image=_image(scenes.SMALL)),
+    ),
+    PlaneDecomposer: FedStage(
+        PlaneConfig,
+        lambda config: PlaneDecomposer(ROBOT.foot_radius, config),
+        lambda k, time: {"elevation_map": replace(ElevationMap.empty(), stamp=time)},
+    ),
+    GoalCommand: FedStage(GoalCommandConfig, GoalCommand, _with_state(goal=_ahead)),
+    PerceptiveReference: FedStage(
+        PerceptiveReferenceConfig,
+        lambda config: PerceptiveReference(ROBOT, config),
+        _with_state(
+            velocity_command=lambda k, time: np.array([0.3, 0.0, 0.0]),
+            gait=lambda k, time: "trot",
+            region_set=lambda k, time: replace(hand_made.floor(), stamp=time),
+        ),
+    ),
+    VelocityPlanner: FedStage(
+        VelocityPlannerConfig,
+        lambda config: VelocityPlanner(ROBOT, "trot", None, config),
+        _with_state(goal=_ahead, foot_costmap=_nothing(FootCostmap)),
+    ),
+    ExperienceRecorder: FedStage(
+        ExperienceConfig,
+        ExperienceRecorder,
+        lambda k, time: {
+            "foothold_plan": replace(_one_swing, request_id=k + 1),
+            "swing_plan": SwingPlan.without_motion(time, k + 1),
+        },
+    ),
+    GroundDistance: FedStage(
+        DistanceConfig, GroundDistance, lambda k, time: {"elevation_map": replace(SEEN_MAP, stamp=time)}
+    ),
     OracleRegions: FedStage(
         OracleRegionConfig, lambda config: OracleRegions(load_terrain("flat"), ROBOT.foot_radius, config), _state
     ),
@@ -214,5 +276,5 @@ def _signature(value):
     if isinstance(value, np.ndarray):
         return value.tobytes()
     value = getattr(value, "reference", value)
-    parts = tuple(getattr(value, name) for name in ("stamp", "request_id", "id") if hasattr(value, name))
+    parts = tuple(getattr(value, name) for name in ("stamp", "request_id", "id", "trials") if hasattr(value, name))
     return parts or value

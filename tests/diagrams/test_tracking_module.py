@@ -15,7 +15,7 @@ def test_ports_have_their_names():
     module = TrackingModule(load_robot("go2"))
     inputs = [module.get_input_port(i).get_name() for i in range(module.num_input_ports())]
     outputs = [module.get_output_port(i).get_name() for i in range(module.num_output_ports())]
-    assert inputs == ["robot_state", "reference", "abort"]
+    assert inputs == ["robot_state", "reference", "abort", "signed_distance"]
     assert outputs == ["feedforward_torque", "desired_joint_state", "mpc_policy", "wbc_status", "safety_status"]
 
 

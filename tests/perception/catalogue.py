@@ -3,6 +3,9 @@
 from pydrake.systems.framework import LeafSystem
 
 from quadpips_drake.perception.egocan.legged_egocan_system import LeggedEgocan
+from quadpips_drake.perception.elevation.elevation_mapper_system import ElevationMapper
+from quadpips_drake.perception.elevation.ground_distance_system import GroundDistance
+from quadpips_drake.perception.elevation.plane_decomposer_system import PlaneDecomposer
 from quadpips_drake.perception.normals.normal_estimator_system import NormalEstimator
 from quadpips_drake.perception.regions.oracle_regions_system import OracleRegions
 from quadpips_drake.perception.regions.region_extractor_system import RegionExtractor
@@ -22,5 +25,8 @@ def make_systems() -> list[LeafSystem]:
         SteppabilitySegmenter(SMALL),
         SuperpixelSegmenter(),
         RegionExtractor(robot.foot_radius),
+        ElevationMapper(robot, SMALL),
+        GroundDistance(),
+        PlaneDecomposer(robot.foot_radius),
         OracleRegions(load_terrain("flat"), robot.foot_radius),
     ]

@@ -27,7 +27,7 @@ EARLIER = {
     "stepping_stones": "c318d9e2dad0bb62394dddb02b010cd7dafc93b6c5ac1b1d09b99eb0a739ff83",
 }
 """SHA-256 of the terrains with seeds 0 to 2 as they were before there were environments, to 12 decimals."""
-RANDOM = {"boulders", "bumps", "pegboard", "rubble", "sparse_stones"}
+RANDOM = {"boulders", "bumps", "irregular_stones", "pegboard", "rubble", "sparse_stones"}
 UNITS = {"m", "rad", "1"}
 
 
@@ -289,6 +289,45 @@ def test_difficulty_is_what_it_says():
     assert tilts == [pytest.approx(0.1, abs=0.01), pytest.approx(0.5, abs=0.03)]
     for name in ("balance_beam", "ramped_balance_beam"):
         assert element(load_terrain(name, difficulty=0.25), "beam").size[1] == 0.25
+
+
+def test_gaps_and_steps_as_published():
+    def holes(name: str, y: float, **options) -> list[tuple[float, float]]:
+        """Where gaps begin and end at y."""
+        x = np.arange(-1.5, 3.6, 0.001) + 5e-4
+        ground = ~np.isnan(GroundTruth(load_terrain(name, **options)).height(x, y, walkable_only=True))
+        ends = x[1:][np.diff(ground.astype(int)) != 0] - 5e-4
+        return [(begin, end) for begin, end in ends.reshape(-1, 2)]
+
+    for y in (-0.2, 0.2):
+        np.testing.assert_allclose(holes("gaps_symmetric", y), [(0, 0.10), (1.05, 1.20)], atol=2e-3)
+    np.testing.assert_allclose(holes("gaps_staggered", 0.2), [(0, 0.15), (1.40, 1.55)], atol=2e-3)
+    np.testing.assert_allclose(holes("gaps_staggered", -0.2), [(0.30, 0.45), (1.70, 1.85)], atol=2e-3)
+    np.testing.assert_allclose(holes("gaps_and_steps", 0.2), [(0, 0.10), (1.05, 1.17), (2.42, 2.55)], atol=2e-3)
+    np.testing.assert_allclose(holes("gaps_and_steps", -0.2), [(0, 0.10), (1.35, 1.47), (2.72, 2.85)], atol=2e-3)
+    np.testing.assert_allclose(holes("gaps_symmetric", 0.2, difficulty=2.0), [(0, 0.20), (1.15, 1.45)], atol=2e-3)
+    staggered, steps = (GroundTruth(load_terrain(name)) for name in ("gaps_staggered", "gaps_and_steps"))
+    np.testing.assert_allclose(staggered.height([2.7, 2.9], 0.2), [0, 0.06], atol=1e-9)
+    np.testing.assert_allclose(steps.height([3.7, 3.9, 4.7, 4.9], -0.2), [0, 0.06, 0.06, 0], atol=1e-9)
+    assert staggered.height(0.07, 0.2) == pytest.approx(-0.5)
+    assert np.isnan(staggered.height(0.07, 0.2, walkable_only=True))
+
+
+def test_spheres_leave_no_room_on_their_stones():
+    robot = load_robot("anymal_c")
+    for seed in range(3):
+        terrain = load_terrain("irregular_stones", seed=seed, difficulty=0.5)
+        spheres = [item for item in terrain.elements if isinstance(item, Sphere)]
+        assert len(spheres) >= 2 and {int(sphere.name.split("_")[1]) % 2 for sphere in spheres} == {0}
+        for row in (0, 2):  # one of the two beside the straight way
+            assert sum(sphere.name in (f"sphere_{row}_3", f"sphere_{row}_4") for sphere in spheres) == 1
+        for sphere in spheres:
+            stone = element(terrain, sphere.name.replace("sphere", "stone"))
+            half = 0.5 * stone.size[0] - robot.foot_radius - 0.015
+            corners = np.array([[x, y, 0.5 * stone.size[2], 1.0] for x in (-half, half) for y in (-half, half)])
+            feet = (corners + np.array([0.0, 0.0, robot.foot_radius, 0.0])) @ stone.X_WE.T
+            assert np.linalg.norm(feet[:, :3] - sphere.X_WE[:3, 3], axis=1).max() < sphere.radius + robot.foot_radius
+            assert 2.0 * sphere.radius > 0.10 and sphere.label == Steppability.NON_PASSABLE
 
 
 def test_what_has_no_difficulty_says_so(tmp_path):

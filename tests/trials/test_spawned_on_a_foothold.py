@@ -16,7 +16,7 @@ def test_a_box_on_a_foothold_is_noticed_and_no_foot_comes_down_on_it():
     assert verdict.reason == "timeout", verdict.detail
     assert 4.0 <= spawned["at"] <= 5.5 and spawned["at"] < spawned["noticed"] < spawned["at"] + 0.3
     assert result.events == {"foothold_lost": 1} and not spawned["touched"]
-    low, high = trial._spawner.terrain.elements[-1].bounds()
+    low, high = trial.present_terrain.elements[-1].bounds()
     coming = trial.log.references[-1].footholds
     assert coming, "it walks on"
     for foothold in coming:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from quadpips_drake.trials import trial_log
-from quadpips_drake.trials.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.result import TrialResult, installed_versions
+from quadpips_drake.trials.steps.foothold_statistics import foothold_statistics
 from quadpips_drake.trials.trial_log import MAX_NOTES, TrialLog
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.legs import Leg

@@ -21,6 +21,8 @@ Examples:
 
   quadpips evaluate perception --drift 0.003,0.001,0.002
 
+  quadpips evaluate perception --regions superpixels,elevation        both on the same images
+
 What each figure means is said in docs/perception.md.
 
 Exit status: 0 scored (even if the robot fell on the way), 2 bad input.
@@ -60,6 +62,10 @@ def perception(
         str | None,
         typer.Option(metavar="H,V,YAW", help="Drift of the pose estimate: horizontal and vertical, m/s, yaw, rad/s."),
     ] = None,
+    regions: Annotated[
+        str | None,
+        typer.Option(metavar="A,B", help="Region sources to score; the robot walks by the first. Default: superpixels."),
+    ] = None,
     scripted: Annotated[bool, typer.Option("--scripted", help="Lead the camera along the way, without physics.")] = False,
     duration: Annotated[float, typer.Option(parser=console.seconds, metavar="S", help="Longest simulated time, s.")] = 60.0,
     out: Annotated[
@@ -71,38 +77,52 @@ def perception(
 ):
     """Score what perception says while the robot walks against the exact terrain.
 
-    Prints a table and writes scores.json and scores.png into DIR.
+    Prints a table and writes scores.json and scores.png into DIR; of further region sources scores-NAME.png.
     """
     options = {"terrain": terrain, "robot": robot, "seed": seed, "duration": duration}
     config = resolve_evaluation_config(options, noise, drift, sets or [])
-    out = out or default_directory(config, scripted)
-    with ResultDirectory(out, FILES, overwrite=overwrite) as directory:
+    sources = chosen_sources(regions, config)
+    out = out or default_directory(config, scripted, sources)
+    pictures = {name: f"scores-{name}.png" if k else "scores.png" for k, name in enumerate(sources)}
+    with ResultDirectory(out, (*FILES, *list(pictures.values())[1:]), overwrite=overwrite) as directory:
         try:
             compile_kernels()
-            scorer, ended = _score(config, scripted)
+            scorers, ended = _score(config, sources, scripted)
         except KeyboardInterrupt as interrupt:
             console.end_interrupted(interrupt, "nothing was written")
-        if not scorer.rows:
+        if not scorers[sources[0]].rows:
             raise UserInputError(f"nothing could be scored: {ended['reason']} {ended['detail']}")
-        summary = scorer.summary()
-        print_table(summary, config.stages.perception.depth_noise.enabled or config.stages.drift.enabled)
+        summaries = {name: scorer.summary() for name, scorer in scorers.items()}
+        print_table(summaries, config.stages.perception.depth_noise.enabled or config.stages.drift.enabled)
         console.say(f"{ended['reason']} after {ended['sim_time']:.1f} s; {ended['detail']}")
         document = {"robot": robot, "terrain": terrain, "seed": seed, "scripted": scripted} | ended
         document |= {"noise": vars(config.stages.perception.depth_noise), "drift": vars(config.stages.drift)}
-        document |= {"summary": summary, "samples": scorer.rows}
+        document |= {"summary": summaries[sources[0]], "samples": scorers[sources[0]].rows}
+        document["sources"] = {name: {"summary": summaries[name], "samples": scorers[name].rows} for name in sources}
         directory.clear()
-        _save(out, config, document, scorer)
+        _save(out, config, document, {pictures[name]: scorer for name, scorer in scorers.items()})
     console.say(f"scores:  {out / 'scores.json'}")
-    console.say(f"picture: {out / 'scores.png'}")
+    for picture in pictures.values():
+        console.say(f"picture: {out / picture}")
 
 
-def default_directory(config, scripted: bool) -> Path:
+def chosen_sources(regions: str | None, config) -> list[str]:
+    """Returns the names in ``regions``, or that in the ``config``; raises UserInputError for those that are none."""
+    from quadpips_drake.benchmark.perception_scores_runs import check_sources
+
+    sources = [config.stages.region_source] if regions is None else [name.strip() for name in regions.split(",")]
+    check_sources(sources)
+    return sources
+
+
+def default_directory(config, scripted: bool, sources: list[str] = ()) -> Path:
     """Returns where the scores go unless the user says otherwise: somewhere else for each evaluation."""
     from quadpips_drake.cli.run import resolve_trial_config
     from quadpips_drake.trials.directory_name import directory_name
 
     names = {"robot": config.robot, "terrain": config.terrain, "seed": config.seed}
     way = ["scripted"] if scripted else []
+    way += list(sources) if list(sources) not in ([], ["superpixels"]) else []
     return Path("out") / directory_name(config, resolve_trial_config(None, names, []), "perception", *names.values(), *way)
 
 
@@ -123,25 +143,28 @@ def resolve_evaluation_config(options: dict, noise: bool, drift: str | None, set
     return resolve_trial_config(None, options, texts + sets)
 
 
-def print_table(summary: dict, spoiled: bool) -> None:
-    """Prints the ``summary`` of a PerceptionScorer beside the targets (those with noise or drift when ``spoiled``)."""
+def print_table(summaries: dict, spoiled: bool) -> None:
+    """Prints the summaries of PerceptionScorers by region source beside the targets (with noise or drift if ``spoiled``)."""
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
-    table = Table("", "measured", "target", title=f"{summary['samples']} samples")
+    samples = next(iter(summaries.values()))["samples"]
+    table = Table("", *(escape(name) for name in summaries), "target", title=f"{samples} samples")
     for title, key, scale, relation, clean, noisy in TARGETS:
-        value = summary[key] if isinstance(key, str) else summary[key[0]][key[1]]
-        goal = noisy if spoiled else clean
-        shown = "-" if value is None else f"{value * scale:.2f}"
-        if relation and value is not None:
-            met = value * scale <= goal if relation == "<=" else value * scale >= goal
-            shown += "  ok" if met else "  MISSED"
-        table.add_row(escape(title), shown, f"{relation} {goal:g}" if relation else "")
+        goal, cells = noisy if spoiled else clean, []
+        for summary in summaries.values():
+            value = summary[key] if isinstance(key, str) else summary[key[0]][key[1]]
+            shown = "-" if value is None else f"{value * scale:.2f}"
+            if relation and value is not None:
+                met = value * scale <= goal if relation == "<=" else value * scale >= goal
+                shown += "  ok" if met else "  MISSED"
+            cells.append(shown)
+        table.add_row(escape(title), *cells, f"{relation} {goal:g}" if relation else "")
     Console().print(table)
 
 
-def _score(config, scripted: bool):
+def _score(config, sources: list[str], scripted: bool):
     from quadpips_drake.benchmark.perception_scores_runs import score_camera_path, score_walk
 
     shown = [0.0]
@@ -151,17 +174,18 @@ def _score(config, scripted: bool):
             console.messages.print(f"{time:5.1f} s simulated")
             shown[0] = time + LINE_PERIOD
 
-    return (score_camera_path if scripted else score_walk)(config, progress=progress)
+    return (score_camera_path if scripted else score_walk)(config, sources, progress)
 
 
-def _save(out: Path, config, document: dict, scorer) -> None:
-    """Writes the files into ``out``."""
+def _save(out: Path, config, document: dict, scorers: dict) -> None:
+    """Writes the files into ``out``; ``scorers``: by the names of their pictures."""
     from quadpips_drake.benchmark.perception_scores_picture import save_scores_picture
     from quadpips_drake.configuration.loading import save_config
 
     try:
         write_json(out / "scores.json", document)
         save_config(config, out / "config.yaml")
-        save_scores_picture(out / "scores.png", scorer, out.name, scorer.moments)
+        for picture, scorer in scorers.items():
+            save_scores_picture(out / picture, scorer, f"{out.name} {picture.removesuffix('.png')}", scorer.moments)
     except OSError as error:
         raise UserInputError(f"--out {out}: not all could be written ({why(error)})") from None

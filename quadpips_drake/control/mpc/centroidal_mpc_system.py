@@ -7,6 +7,7 @@ from quadpips_drake.framework.stage import Inputs, Stage
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.reference import WholeBodyReference
+from quadpips_drake.values.regions import SignedDistance
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -23,11 +24,14 @@ class CentroidalMpc(Stage):
         input_ports:
         - robot_state
         - reference
+        - signed_distance (optional)
         output_ports:
         - mpc_policy
 
     - robot_state: RobotState, frame W.
     - reference: WholeBodyReference in absolute time, frame W; without samples: stand.
+    - signed_distance (optional): SignedDistance from the ground, frame W, that knees and trunk keep if
+      ``config.ocp.sdf_clearance`` says so.
     - mpc_policy: MpcPolicy in absolute time, frame W; empty before the first one. Updated at ``config.rate`` (50 Hz).
     """
 
@@ -44,10 +48,11 @@ class CentroidalMpc(Stage):
         self._mpc = RealTimeIteration(robot, self.config, early_contact_phase)
         self.declare_input("robot_state", RobotState)
         self.declare_input("reference", WholeBodyReference)
+        self.declare_input("signed_distance", SignedDistance, default=SignedDistance.empty())
         self.declare_output("mpc_policy", MpcPolicy, lambda memory: memory.policy)
 
     def update(self, inputs: Inputs, memory: MpcMemory, time: float) -> MpcMemory:
         """One solve, once there is a state to start from."""
         if not inputs.robot_state.is_known:
             return memory
-        return self._mpc.compute(inputs.robot_state, inputs.reference, memory)
+        return self._mpc.compute(inputs.robot_state, inputs.reference, memory, ground=inputs.signed_distance)

@@ -21,6 +21,7 @@ from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.legs import NUM_LEGS
 from quadpips_drake.values.mpc_policy import MpcPolicy
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
+from quadpips_drake.values.regions import SignedDistance
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -74,7 +75,12 @@ class RealTimeIteration:
             memory = self._next(state, reference, memory, None)
 
     def compute(
-        self, state: RobotState, reference: WholeBodyReference, memory: MpcMemory, solver: SolverInterface | None = None
+        self,
+        state: RobotState,
+        reference: WholeBodyReference,
+        memory: MpcMemory,
+        solver: SolverInterface | None = None,
+        ground: SignedDistance | None = None,
     ) -> MpcMemory:
         """One solve from the measured ``state``. A failure carries the last policy on and is counted in it.
 
@@ -83,10 +89,11 @@ class RealTimeIteration:
             reference: what to track; without samples: stand.
             memory: of the last solve.
             solver: another back-end than the configured one, for this time.
+            ground: its signed distance; it counts only if the configuration says so.
         """
-        return self._next(state, reference, memory, solver)
+        return self._next(state, reference, memory, solver, ground)
 
-    def _next(self, state, reference, memory, solver) -> MpcMemory:
+    def _next(self, state, reference, memory, solver, ground=None) -> MpcMemory:
         start = clock.perf_counter()
         last, now = memory.policy, state.stamp
         gave_up = memory.consecutive_failures > self._config.max_consecutive_failures
@@ -106,6 +113,8 @@ class RealTimeIteration:
         stance = horizon.interval_stance(schedule, times)
         stance = horizon.with_early_contacts(stance, times, state.contacts, swings, self._early_contact_phase)
         task = self._task(times, state, reference, standing, stance, swings, feet, normals, footholds)
+        if self._config.ocp.sdf_clearance.enabled:
+            task.ground = ground
         solution = self._problem.iterate(x0, task, self._guess(x0, task, last), solver)
         memory = replace(memory, feet=feet, normals=normals, standing=standing, shifts=moved)
         if not solution.success:

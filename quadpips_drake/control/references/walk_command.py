@@ -1,5 +1,7 @@
 """What a walk is told to do, and when."""
 
+from collections.abc import Sequence
+
 from quadpips_drake.configuration.schema import MAX_DURATION, configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.gaits.gaits import load_gait
@@ -17,7 +19,7 @@ class WalkCommand:
     """Forward, left [m/s], yaw rate [rad/s] in the robot's heading frame."""
 
 
-def check_commands(commands: list[WalkCommand]) -> None:
+def check_commands(commands: Sequence[WalkCommand]) -> None:
     """Refuses commands with unknown gaits or in the wrong order (UserInputError)."""
     for command in commands:
         load_gait(command.gait)
@@ -26,7 +28,7 @@ def check_commands(commands: list[WalkCommand]) -> None:
         raise UserInputError("commands must be in the order of their times")
 
 
-def command_at(commands: list[WalkCommand], time: float) -> WalkCommand:
+def command_at(commands: Sequence[WalkCommand], time: float) -> WalkCommand:
     """The command that holds at ``time`` [s]; before the first one, standing."""
     begun = [command for command in commands if command.time <= time + 1e-9]
     return begun[-1] if begun else WalkCommand()

@@ -141,7 +141,7 @@ def collect_ground(depth, normals, image_labels, camera, first_cell, cell_size, 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _flies(x, y, z, cell_size, depth, camera, margin):
+def flies(x, y, z, cell_size, depth, camera, margin):
     """Whether the image itself sees through all corners of the cell around (x, y, z): what hit it was an outlier."""
     half = 0.5 * cell_size
     for sx in (-half, half):
@@ -256,7 +256,7 @@ def merge_ground(total, new_label, depth, camera, first_cell, cell_size, rule, g
                     _miss(i, j, count, missed)
                 if n == 0 or wall or seen != THROUGH:
                     continue
-            elif not same and _flies(x, (first_cell[1] + j + 0.5) * cell_size, new, cell_size, depth, camera, margin):
+            elif not same and flies(x, (first_cell[1] + j + 0.5) * cell_size, new, cell_size, depth, camera, margin):
                 continue
             m0, m1, m2 = total[i, j, 2], total[i, j, 3], total[i, j, 4]
             if abs(m0) + abs(m1) + abs(m2) > 0:

@@ -8,8 +8,10 @@ import numpy as np
 
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.perception.assumed_ground import AssumedGroundConfig, assumed_plane
 from quadpips_drake.perception.egocan import ground_kernels as kernels
 from quadpips_drake.perception.egocan.view_kernels import pack_camera
+from quadpips_drake.perception.scrolling import shifted
 from quadpips_drake.values.images import AffordanceImage
 from quadpips_drake.values.immutable import ImmutableValue
 
@@ -18,7 +20,7 @@ _FIELDS = ("height", "normal", "label", "votes", "count", "missed")
 
 
 @configuration
-class GroundMemoryConfig:
+class GroundMemoryConfig(AssumedGroundConfig):
     """Parameters of the remembered ground."""
 
     cell: float = ranged(0.01, 0.002, 0.1)
@@ -35,12 +37,6 @@ class GroundMemoryConfig:
     trusted_share: float = ranged(0.8, 0.0, 1.0)
     """A surface counts as ground when at least this share of the latest images that show its place measured it; 0: once is
     enough."""
-    assumed_behind: float = ranged(0.8, 0.0, 50.0)
-    """Flat ground is assumed at the start from here behind the base origin [m] ..."""
-    assumed_ahead: float = ranged(1.2, 0.0, 50.0)
-    """... to here ahead of it, or to where the camera begins to see, whichever is nearer [m]."""
-    assumed_half_width: float = ranged(0.5, 0.0, 50.0)
-    """... and to this distance to either side [m]. Zero in all three: nothing is assumed."""
 
     def __post_init__(self):
         if not 10 * self.cell <= self.half_extent <= 500 * self.cell:
@@ -105,20 +101,7 @@ def _scrolled(memory: GroundMemory, p_WC: np.ndarray, config: GroundMemoryConfig
     n = config.cells
     first_cell = np.floor(p_WC[:2] / config.cell).astype(np.int64) - n // 2
     shift = first_cell - memory.first_cell
-    return [first_cell, *(_shifted(getattr(memory, name), *shift.tolist()) for name in _FIELDS)]
-
-
-def _shifted(old: np.ndarray, down: int, right: int) -> np.ndarray:
-    """Returns a fresh array whose element (i, j) is ``old``'s (i + down, j + right); unknown where ``old`` has none."""
-    n, nothing = len(old), np.nan if old.dtype == np.float32 else 0
-    if max(abs(down), abs(right)) >= n:
-        return np.full(old.shape, nothing, old.dtype)
-    fresh = np.empty(old.shape, old.dtype)
-    top, bottom, left, end = max(-down, 0), n - max(down, 0), max(-right, 0), n - max(right, 0)
-    fresh[top:bottom, left:end] = old[top + down : bottom + down, left + right : end + right]
-    fresh[:top], fresh[bottom:] = nothing, nothing
-    fresh[:, :left], fresh[:, end:] = nothing, nothing
-    return fresh
+    return [first_cell, *(shifted(getattr(memory, name), *shift.tolist()) for name in _FIELDS)]
 
 
 def measure_ground(
@@ -152,39 +135,15 @@ def assume_ground(
 ) -> GroundMemory:
     """Returns ``memory`` with the plane through the ground points ``p_WG`` [m], (4, 3), laid around the base.
 
-    Cells that lie in a camera's field of view are left alone, whether or not its image shows anything there. Feet that are
-    nowhere (NaN) carry no assumption.
+    Where, see ``assumed_plane``; cells that are known are left alone.
     """
-    if not (np.isfinite(p_WG).all() and np.isfinite(X_WB).all()):
-        return memory
-    center = p_WG.mean(axis=0)
-    basis = np.column_stack([p_WG[:, 0] - center[0], p_WG[:, 1] - center[1]])
-    slope, *_ = np.linalg.lstsq(basis, p_WG[:, 2] - center[2], rcond=None)
-    normal = np.array([-slope[0], -slope[1], 1.0]) / np.sqrt(1.0 + slope @ slope)
     n = len(memory.height)
     x = (memory.first_cell[0] + np.arange(n) + 0.5)[:, None] * config.cell
     y = (memory.first_cell[1] + np.arange(n) + 0.5)[None, :] * config.cell
-    z = center[2] + slope[0] * (x - center[0]) + slope[1] * (y - center[1])
-    heading = X_WB[:2, 0] / np.linalg.norm(X_WB[:2, 0])
-    ahead = heading[0] * (x - X_WB[0, 3]) + heading[1] * (y - X_WB[1, 3])
-    aside = heading[0] * (y - X_WB[1, 3]) - heading[1] * (x - X_WB[0, 3])
-    chosen = (ahead > -config.assumed_behind) & (ahead < config.assumed_ahead)
-    chosen &= np.abs(aside) < config.assumed_half_width
+    cameras = [(image.X_WC, image.intrinsics) for image in images]
+    z, normal, chosen = assumed_plane(x, y, cameras, X_WB, p_WG, config)
     chosen &= np.isnan(memory.height)
-    for image in images:
-        chosen &= ~_in_view(x, y, z, image)
     height, normals = np.array(memory.height), np.array(memory.normal)
     height[chosen] = z[chosen]
     normals[chosen] = normal
     return dataclasses.replace(memory, height=height, normal=normals)
-
-
-def _in_view(x: np.ndarray, y: np.ndarray, z: np.ndarray, image: AffordanceImage) -> np.ndarray:
-    """Whether the camera's field of view contains the points (x, y, z) of W [m]."""
-    R_CW, p_WC, k = image.X_WC[:3, :3].T, image.X_WC[:3, 3], image.intrinsics
-    d = (x - p_WC[0], y - p_WC[1], z - p_WC[2])
-    p_C = [row[0] * d[0] + row[1] * d[1] + row[2] * d[2] for row in R_CW]
-    front = p_C[2] > 1e-6
-    depth = np.where(front, p_C[2], 1.0)
-    u, v = k.fx * p_C[0] / depth + k.cx, k.fy * p_C[1] / depth + k.cy
-    return front & (u >= 0) & (u <= k.width - 1) & (v >= 0) & (v <= k.height - 1)

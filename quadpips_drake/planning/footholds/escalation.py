@@ -14,21 +14,26 @@ class SearchEffort:
 
     careful: bool
     """Whether the legs swing as in ``careful_gait``."""
-    wide: bool
-    """Whether limits are wider."""
+    free: bool
+    """Whether they swing in any order, with wider limits."""
     expansions: int
     """Factor on their bound."""
     labels: float
-    """Factor on what labels cost: before ground that cannot be avoided a search only shuffles about."""
+    """Factor on what labels and experience cost: before ground that cannot be avoided a search only shuffles about."""
 
 
 LEVELS = (
-    SearchEffort(careful=False, wide=False, expansions=1, labels=1.0),
-    SearchEffort(careful=True, wide=False, expansions=2, labels=0.1),
-    SearchEffort(careful=False, wide=True, expansions=4, labels=0.01),
-    SearchEffort(careful=True, wide=True, expansions=8, labels=0.001),
+    SearchEffort(careful=False, free=False, expansions=1, labels=1.0),
+    SearchEffort(careful=True, free=True, expansions=2, labels=0.1),
+    SearchEffort(careful=False, free=True, expansions=4, labels=0.01),
+    SearchEffort(careful=True, free=True, expansions=8, labels=0.001),
 )
 """By level; further failures are like the last, but the torso search leads elsewhere each time."""
+
+
+def effort_at(level: int) -> SearchEffort:
+    """What is different at a ``level`` of escalation."""
+    return LEVELS[min(max(level, 0), len(LEVELS) - 1)]
 
 
 _CAREFUL_STEPS, _CAREFUL_RADIUS = 1.5, 0.6
@@ -44,14 +49,18 @@ def careful(config: FootholdConfig) -> FootholdConfig:
     return replace(config, gait=config.careful_gait, max_steps=steps, local_radius=radius)
 
 
+def freely(config: FootholdConfig) -> FootholdConfig:
+    """Returns the settings for swings in any order, with wider limits."""
+    return replace(config, any_order=True, **{name: factor * getattr(config, name) for name, factor in _WIDER.items()})
+
+
 def escalated(config: FootholdConfig, level: int) -> FootholdConfig:
     """Returns the settings for a ``level`` of escalation; those of level 0 are ``config`` itself."""
-    step = LEVELS[min(max(level, 0), len(LEVELS) - 1)]
-    changes = {}
+    step, changes = effort_at(level), {}
     if step.careful:
         config = careful(config)
-    if step.wide:
-        changes |= {name: factor * getattr(config, name) for name, factor in _WIDER.items()}
+    if step.free:
+        config = freely(config)
     if config.steppability == "penalty":
         changes["steppability_weight"] = step.labels * config.steppability_weight
     if step.expansions > 1:

@@ -40,6 +40,11 @@ class FootholdConfig(StageConfig):
     """... or a stance be narrower than this, fore or hind [m]."""
     any_first_phase: bool = True
     """Whether a plan may begin with any phase of the gait; else always with the first."""
+    any_order: bool = False
+    """Whether the phases of the gait, and the single swings of the careful one, may come in any order."""
+    free_below: float = ranged(0.0, 0.0, 20.0)
+    """When the gait does not lead to the waypoint, and no further than this [m], swings in any order are tried at once, with
+    the wider limits of escalation; 0: only after a failed plan."""
     max_steps: int = ranged(8, 1, MAX_STEPS)
     """Most swings in a plan: 8 are four cycles of a trot, two of a walk."""
     local_radius: float = ranged(1.25, 0.05, 20.0)

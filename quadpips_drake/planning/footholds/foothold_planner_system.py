@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from quadpips_drake.framework.stage import Inputs, Stage
+from quadpips_drake.planning.experience.edge_experience import EdgeExperience
+from quadpips_drake.planning.experience.experience_config import ExperienceConfig
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
 from quadpips_drake.planning.start_stance import flat_region, state_at_start
@@ -15,6 +17,7 @@ from quadpips_drake.values.images import LabelImage
 from quadpips_drake.values.plans import FootholdPlan, PlanSketch, RefusedSwings, TorsoPath
 from quadpips_drake.values.regions import GroundHeights, RegionSet
 from quadpips_drake.values.robot_state import RobotState
+from quadpips_drake.values.swing_plan import ExperienceLibrary
 
 
 class FootholdPlanner(Stage):
@@ -32,6 +35,7 @@ class FootholdPlanner(Stage):
         - refused_swings (optional)
         - ground_heights (optional)
         - label_image (optional)
+        - experience (optional)
         output_ports:
         - foothold_plan
         - plan
@@ -43,6 +47,7 @@ class FootholdPlanner(Stage):
     - ground_heights (optional): GroundHeights, frame W, that feet have to clear.
     - label_image (optional): LabelImage of the first camera, by which footholds cost more; only there if
       ``config.steppability`` is "penalty". Without a pixel the labels of the regions take its place.
+    - experience (optional): ExperienceLibrary, by which transitions cost more; only there if there is any experience.
     - foothold_plan: FootholdPlan, frame W, for the last path; it has no stances and a reason when nothing was found. Looks
       for a new path at ``config.rate`` (15 Hz).
     - plan: PlanSketch, frame W: the same to draw.
@@ -56,6 +61,7 @@ class FootholdPlanner(Stage):
         config: FootholdConfig | None = None,
         *,
         clearance: Callable | None = None,
+        experience: ExperienceConfig | None = None,
         timings: StageTimings | None = None,
     ):
         """
@@ -64,6 +70,7 @@ class FootholdPlanner(Stage):
             config: of the search.
             clearance: (RegionSet, GroundHeights) -> the ``clears`` of ``search_footholds`` on that ground; None: the search
                 does not ask whether feet clear it.
+            experience: how it counts; None, or with the scope "off": there is none.
             timings: where computing times go.
         """
         config = config or FootholdConfig()
@@ -76,6 +83,9 @@ class FootholdPlanner(Stage):
         self._weighs_labels = config.steppability == "penalty"
         if self._weighs_labels:
             self.declare_input("label_image", LabelImage, default=LabelImage.empty())
+        self._experience = experience if experience is not None and experience.enabled else None
+        if self._experience is not None:
+            self.declare_input("experience", ExperienceLibrary, default=ExperienceLibrary.empty())
         self.declare_output("foothold_plan", FootholdPlan)
         self.declare_output("plan", PlanSketch, FootholdPlan.sketch)
         self._warm_up()
@@ -96,5 +106,8 @@ class FootholdPlanner(Stage):
         state, refused = state_at_start(inputs.robot_state, path.start), inputs.refused_swings
         test = {"clears": self._clearance(path.regions, inputs.ground_heights)} if self._clearance and path.success else {}
         labels = inputs.label_image if self._weighs_labels else None
-        plan = search_footholds(state, path.regions, path, self._robot, self.config, refused, labels=labels, **test)
+        known = EdgeExperience.of(inputs.experience, self._experience) if self._experience is not None else None
+        plan = search_footholds(
+            state, path.regions, path, self._robot, self.config, refused, labels=labels, experience=known, **test
+        )
         return replace(plan, start=path.start)

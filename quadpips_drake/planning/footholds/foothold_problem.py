@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from quadpips_drake.planning.experience.edge_experience import EdgeExperience
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_labels import FootholdLabels, foothold_labels
 from quadpips_drake.planning.region_table import may_carry_a_foot
@@ -24,10 +25,19 @@ class FootholdProblem:
     """Indices of the start regions in ``usable``, (4,)."""
     labels: FootholdLabels
     """What footholds cost by their labels."""
+    experience: EdgeExperience | None = None
+    """What transitions cost by experience; None: nothing."""
+    hanging: tuple = ()
+    """Legs whose feet have no ground below them at the start."""
 
 
 def pose_problem(
-    state: RobotState, regions, robot, config: FootholdConfig, image: LabelImage | None = None
+    state: RobotState,
+    regions,
+    robot,
+    config: FootholdConfig,
+    image: LabelImage | None = None,
+    experience: EdgeExperience | None = None,
 ) -> FootholdProblem:
     """Attaches the feet, collects the regions that may carry one, and takes the mask of their labels."""
     usable = [region for region in regions.regions if may_carry_a_foot(region, config.max_slope, config.every_label)]
@@ -40,4 +50,6 @@ def pose_problem(
         normals=np.array([attachment.region.normal for attachment in attachments]),
         regions=np.array([position[id(attachment.region)] for attachment in attachments]),
         labels=foothold_labels(config, usable, image),
+        experience=experience,
+        hanging=tuple(np.flatnonzero(~state.contacts).tolist()),
     )

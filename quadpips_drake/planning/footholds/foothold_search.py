@@ -1,291 +1,39 @@
-"""Foothold search: A* over contact-mode families (QuadPiPS section VI-C)."""
+"""Foothold search: with which gait, how carefully and towards which waypoint (QuadPiPS section VI-C)."""
 
-import heapq
-import itertools
-from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from quadpips_drake.compiling import work_clock
-from quadpips_drake.gaits.swing_gaits import SwingGait, swing_gait
-from quadpips_drake.math.angles import wrap_angle
-from quadpips_drake.planning.appeared_ground import SWING_ROOM, lead_over, outlines
-from quadpips_drake.planning.footholds.escalation import careful, escalated
+from quadpips_drake.gaits.swing_gaits import SwingGait
+from quadpips_drake.planning.experience.edge_experience import EdgeExperience
+from quadpips_drake.planning.footholds.escalation import careful, effort_at, escalated, freely
+from quadpips_drake.planning.footholds.family_search import FamilySearch
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
-from quadpips_drake.planning.footholds.foothold_labels import FootholdLabels, cost_beyond_unseen
 from quadpips_drake.planning.footholds.foothold_problem import FootholdProblem, pose_problem
 from quadpips_drake.planning.footholds.found_plan import found_plan
-from quadpips_drake.planning.footholds.gait_choice import need_of_care
-from quadpips_drake.planning.footholds.lazy_swings import LazySwings
+from quadpips_drake.planning.footholds.gait_choice import gait_to_search, need_of_care
 from quadpips_drake.planning.footholds.local_path import local_path, prefix_lengths
-from quadpips_drake.planning.footholds.refused_swings import are_refused
-from quadpips_drake.planning.footholds.search_node import SearchNode, SearchResult
-from quadpips_drake.planning.footholds.stance_rules import BLOCKED, REJECTIONS, make_transition_model, stance_deviation
-from quadpips_drake.planning.footholds.stance_transitions import cost_rate, distance_to_go, expand
-from quadpips_drake.planning.nominal_pose import base_pose_above
+from quadpips_drake.planning.footholds.search_node import SearchResult
+from quadpips_drake.planning.footholds.stance_rules import make_transition_model
 from quadpips_drake.planning.region_table import make_region_table
 from quadpips_drake.values.images import LabelImage
-from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.plans import FootholdPlan, RefusedSwings, TorsoPath
 from quadpips_drake.values.robot_state import RobotState
 
-_STUCK_WAY = 0.3
-"""How much longer the way to go is taken to be for each foot that does not get over what it stands beside [m]."""
 _WORTH_OF_ARRIVAL = 0.2
 """A plan that ends at its waypoint is worth as much as one that leads so much further [m]."""
-_NEARER = 0.02
-"""A search comes nearer to its waypoint in steps of this at least [m]."""
-_CELL = 0.02
-"""Footholds of the same leg in the same cell of this size [m] count as one in the identity of a node."""
-
-
-class _Search:
-    """One A* search from a start stance towards the last pose of a path."""
-
-    def __init__(
-        self,
-        gait: SwingGait,
-        config: FootholdConfig,
-        model,
-        table,
-        labels: FootholdLabels,
-        path: np.ndarray,
-        deadline: float,
-        refused: RefusedSwings,
-        clears: Callable,
-    ):
-        self._swings = LazySwings(clears, gait.swing_duration)
-        self._phases = [np.array(phase, dtype=np.int64) for phase in gait.phases]
-        self._standing = [[leg for leg in range(4) if leg not in phase] for phase in gait.phases]
-        self._config = config
-        self._model = model
-        self._table, self._labels = table, labels
-        self._path = path
-        self._deadline = deadline
-        self._refused, self._things = refused, outlines(refused.appeared, SWING_ROOM)
-        self._rate = cost_rate(config)
-        turns = np.abs(wrap_angle(np.diff(path[:, 2])))
-        legs = np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1) + config.yaw_weight * turns
-        self._remaining = np.append(np.cumsum(legs[::-1])[::-1], 0.0)
-        self._open: list = []
-        self._best_cost: dict = {}
-        self._children, self._dearer = {}, defaultdict(list)
-        self._is_clear, self._postponed = {}, set()
-        self._pushed = 0
-        self.nodes: list[SearchNode] = []
-
-    def run(self, feet, normals, regions) -> SearchResult:
-        """Searches from the start stance; the result's node is the end of the plan, or -1."""
-        p_WB, rpy_WB = base_pose_above(feet, self._model.base_height, self._model.max_tilt)
-        to_go = self._way_to_go(p_WB, rpy_WB)
-        for phase in range(len(self._phases) if self._config.any_first_phase else 1):
-            (family,) = self._families(phase, feet[None], regions[None])
-            self._push(SearchNode(phase, feet, normals, regions, p_WB, rpy_WB, 0.0, to_go, -1, 0, family))
-        result, nearest, last_gain = SearchResult(), np.inf, 0
-        while self._open:
-            estimate, _, _, index, terminal = heapq.heappop(self._open)
-            node = self.nodes[index]
-            if not terminal and (self._is_passed_over(node) or node.depth == self._config.max_steps):
-                continue
-            if self._is_postponed(index, estimate, terminal) or not self._can_be_swung_to(index, result):
-                continue
-            if terminal:
-                result.node, result.complete = index, self._is_at_waypoint(node)
-                return result
-            if result.expansions >= self._config.max_expansions:
-                bound = f"the bound of {self._config.max_expansions} expansions was reached"
-                return self._best_effort(result, f"{bound}; {self._dead_end(result)}")
-            if node.to_go < nearest - _NEARER:
-                nearest, last_gain = node.to_go, result.expansions
-            if result.expansions - last_gain > self._config.patience * self._config.max_expansions:
-                return self._best_effort(
-                    result, f"{result.expansions - last_gain} expansions in vain; {self._dead_end(result)}"
-                )
-            if work_clock() > self._deadline:
-                result.time_limit_hit = True
-                return self._best_effort(result, f"the time limit of {self._config.time_limit:g} s was reached")
-            result.expansions += 1
-            self._expand(index, node, result)
-        return self._best_effort(result, self._dead_end(result))
-
-    def stances(self, index: int) -> list[SearchNode]:
-        """Returns the nodes from the start to ``index``."""
-        chain = []
-        while index >= 0:
-            chain.append(self.nodes[index])
-            index = self.nodes[index].parent
-        return chain[::-1]
-
-    def swing_legs(self, node: SearchNode) -> tuple[Leg, ...]:
-        """Returns the legs that swing from ``node`` on."""
-        return tuple(Leg(int(leg)) for leg in self._phases[node.phase])
-
-    def _expand(self, index: int, node: SearchNode, result: SearchResult):
-        """Adds the permitted stances after one swing, the most promising ones."""
-        legs = self._phases[node.phase]
-        feet, normals, regions, p_WB, rpy, costs, ways, by_labels, refused = expand(
-            node.feet, node.normals, node.regions, legs, node.p_WB, node.rpy_WB,
-            self._path, self._remaining, self._table, self._model, self._labels,
-        )  # fmt: skip
-        result.refused += refused
-        result.combinations += len(costs) + int(refused.sum())
-        following = (node.phase + 1) % len(self._phases)
-        promise = costs + self._config.heuristic_inflation * self._rate * ways
-        if self._refused.swings:
-            promise[are_refused(self._refused.swings, self.swing_legs(node), node.feet, feet)] = np.inf
-        if self._things:
-            promise[lead_over(self._things, self.swing_legs(node), node.feet, feet)] = np.inf
-        order = np.argsort(promise, kind="stable")
-        bad_ground = node.bad_ground + cost_beyond_unseen(by_labels, self._labels.weight)
-        parts = feet, normals, regions, p_WB, rpy, node.cost + costs, ways, bad_ground
-        self._children[index] = self._as_nodes(following, parts, order[np.isfinite(promise[order])], index)
-        self._push_children(index, self._config.max_children)
-
-    def _as_nodes(self, phase: int, parts: tuple, order: np.ndarray, parent: int):
-        """The children of ``parent`` in this order; made as they are asked for."""
-        *stances, costs, ways, bad = parts
-        depth = self.nodes[parent].depth + 1
-        for some in np.split(order, range(self._config.max_children, len(order), self._config.max_children)):
-            families = self._families(phase, stances[0][some], stances[2][some])
-            for k, family in zip(some.tolist(), families, strict=True):
-                stance = (part[k] for part in stances)
-                yield SearchNode(phase, *stance, float(costs[k]), float(ways[k]), parent, depth, family, float(bad[k]))
-
-    def _push_children(self, index: int, count: int):
-        """Queues the next best children of a node, but for those that are known to be out of reach."""
-        before = self.nodes[index]
-        legs = self._phases[before.phase]
-        possible = (child for child in self._children[index] if self._swings.may_clear(legs, before, child))
-        for child in itertools.islice(possible, count):
-            self._push(child)
-
-    def _is_passed_over(self, node: SearchNode) -> bool:
-        """Whether a cheaper way to the node's family is known; if that turns out to be none, it is queued again."""
-        if node.cost <= self._best_cost.get(node.family, np.inf):
-            return False
-        self._dearer[node.family].append(node)
-        return True
-
-    def _is_postponed(self, index: int, estimate: float, terminal: bool) -> bool:
-        """Queues a stance with stuck feet again, once, as if its way to go were longer."""
-        stuck = self._swings.stuck_feet(self.nodes[index])
-        if not stuck or (index, terminal) in self._postponed:
-            return False
-        self._postponed.add((index, terminal))
-        longer = stuck * _STUCK_WAY * self._config.heuristic_inflation * self._rate
-        self._queue(estimate + longer, self.nodes[index].depth, index, terminal)
-        return True
-
-    def _can_be_swung_to(self, index: int, result: SearchResult) -> bool:
-        """Whether the feet clear the ground on the way to a node; looked at when it is its turn, since few of them are.
-
-        One that cannot be reached makes room for the next best child of its parent, and for the dearer ways to its family.
-        """
-        node = self.nodes[index]
-        if node.parent < 0 or self._is_clear.get(index, False):
-            return True
-        if index in self._is_clear:
-            return False
-        before = self.nodes[node.parent]
-        clear = self._is_clear[index] = self._swings.clear(self._phases[before.phase], before, node)
-        if not clear:
-            result.refused[BLOCKED] += 1
-            self._push_children(node.parent, 1)
-            if self._best_cost.get(node.family) == node.cost:
-                del self._best_cost[node.family]
-                for other in self._dearer.pop(node.family, ()):
-                    self._push(other)
-        return clear
-
-    def _push(self, node: SearchNode):
-        """Queues a node unless a way at least as cheap to its family is known; and the end of the plan, if it may be one."""
-        if node.cost >= self._best_cost.get(node.family, np.inf):
-            self._dearer[node.family].append(node)
-            return
-        self._best_cost[node.family] = node.cost
-        self.nodes.append(node)
-        index = len(self.nodes) - 1
-        estimate = node.cost + self._config.heuristic_inflation * self._rate * node.to_go
-        self._queue(estimate, node.depth, index, terminal=False)
-        if self._may_end(node):
-            self._queue(estimate + self._final_cost(node), node.depth, index, terminal=True)
-
-    def _queue(self, estimate: float, depth: int, index: int, terminal: bool):
-        # Of equal estimates the deeper node goes first; the counter makes the order, and so the plan, reproducible.
-        self._pushed += 1
-        heapq.heappush(self._open, (estimate, -depth, self._pushed, index, terminal))
-
-    def _families(self, phase: int, feet: np.ndarray, regions: np.ndarray) -> list[tuple]:
-        """Identities of the families of stances, feet (k, 4, 3) and regions (k, 4), before a ``phase``.
-
-        The phase, and region and place of each leg that stays down in it. Regions up to ``single_place`` in size are one
-        place: on small stones centimetres make no other way, and a search that tells them apart comes to its bound before it
-        has tried the stones.
-        """
-        standing = self._standing[phase]
-        cells = np.floor(feet[:, standing] / _CELL).astype(np.int64)
-        cells[self._table.radii[regions[:, standing]] <= self._config.single_place] = 0
-        identities = np.concatenate((regions[:, standing], cells.reshape(len(feet), 3 * len(standing))), axis=1)
-        return [(phase, *identity) for identity in identities.tolist()]
-
-    def _final_cost(self, node: SearchNode) -> float:
-        deviation = stance_deviation(node.feet, node.p_WB, node.rpy_WB[2], self._model.nominal, 0.0)
-        return self._config.final_stance_weight * deviation
-
-    def _may_end(self, node: SearchNode) -> bool:
-        """A plan ends at the waypoint, or, if that is further than its steps lead, somewhere nearer to it."""
-        if node.depth == 0:
-            return False
-        if self.progress(node) < min(self._config.min_progress, 0.5 * self.nodes[0].to_go):
-            return False
-        return self._is_at_waypoint(node) or node.depth == self._config.max_steps
-
-    def progress(self, node: SearchNode) -> float:
-        """How much nearer to the waypoint than at the start a node is, along the path [m]."""
-        return self.nodes[0].to_go - node.to_go
-
-    def _is_at_waypoint(self, node: SearchNode) -> bool:
-        x, y, yaw = self._path[-1]
-        near = np.hypot(node.p_WB[0] - x, node.p_WB[1] - y) <= self._config.goal_tolerance
-        return near and abs(wrap_angle(node.rpy_WB[2] - yaw)) <= self._config.goal_yaw_tolerance
-
-    def _way_to_go(self, p_WB, rpy_WB) -> float:
-        x, y, yaw = p_WB[0], p_WB[1], rpy_WB[2]
-        return distance_to_go(x, y, yaw, self._path, self._remaining, self._config.yaw_weight)[0]
-
-    def _best_effort(self, result: SearchResult, reason: str) -> SearchResult:
-        """Ends a search that did not arrive: with the stance that is best to wait in, among those with some progress."""
-        result.reason = reason
-        candidates = [k for k, node in enumerate(self.nodes) if self.progress(node) >= self._config.min_progress]
-        candidates.sort(key=lambda k: self._waiting_cost(self.nodes[k]))
-        result.node = next((k for k in candidates if self._can_be_swung_to(k, result)), -1)
-        return result
-
-    def _waiting_cost(self, node: SearchNode) -> float:
-        """How bad it is to come to wait in a stance: the way to go, how it stands there, what it stepped on [m]."""
-        return self._rate * node.to_go + self._final_cost(node) + node.bad_ground
-
-    def _dead_end(self, result: SearchResult) -> str:
-        """Says in words what kept the search from coming nearer."""
-        if result.combinations == 0:
-            return "no foothold is within reach of the swinging legs"
-        nearest = f"the steps found lead no nearer than {min(node.to_go for node in self.nodes):.2f} m to the waypoint"
-        if not result.refused.any():
-            return nearest
-        worst = int(np.argmax(result.refused))
-        share = 100.0 * result.refused[worst] / result.combinations
-        return f"{nearest} ({share:.0f} % of {result.combinations} stances refused: {REJECTIONS[worst]})"
 
 
 @dataclass
 class _Attempt:
     """What the searches with one gait led to."""
 
+    config: FootholdConfig
     gait: SwingGait
     waypoint: np.ndarray
-    search: _Search
+    search: FamilySearch
     result: SearchResult
     """To make the plan of; its node is -1 when there is none."""
     expansions: int
@@ -304,20 +52,21 @@ def _attempt(
 ) -> _Attempt:
     """Searches for waypoints ever nearer along the torso path until one is reached."""
     path, waypoint = local_path(state, torso_path, config.local_radius)
-    gait, model, table = swing_gait(config.gait), make_transition_model(robot, config), make_region_table(problem.usable)
+    gait, model, table = gait_to_search(config), make_transition_model(robot, config), make_region_table(problem.usable)
     attempts = []
     for count in prefix_lengths(len(path), config.waypoint_retries):
-        search = _Search(gait, config, model, table, problem.labels, path[:count], deadline, refused, clears)
-        result = search.run(problem.feet, problem.normals, problem.regions)
+        test = refused, clears, problem.experience
+        search = FamilySearch(gait, config, model, table, problem.labels, path[:count], deadline, *test)
+        result = search.run(problem.feet, problem.normals, problem.regions, problem.hanging)
         result.complete &= count == len(path)
         attempts.append((search, result))
         if not result.reason:
             break
     expansions, late = (sum(getattr(r, key) for _, r in attempts) for key in ("expansions", "time_limit_hit"))
-    return _Attempt(gait, waypoint, *max(attempts, key=lambda attempt: _worth(*attempt)), expansions, bool(late))
+    return _Attempt(config, gait, waypoint, *max(attempts, key=lambda attempt: _worth(*attempt)), expansions, bool(late))
 
 
-def _worth(search: _Search, result: SearchResult) -> float:
+def _worth(search: FamilySearch, result: SearchResult) -> float:
     """How far a search led [m]; one that arrived, if only at a nearer waypoint, ends in a better stance to wait in."""
     if result.node < 0:
         return -np.inf
@@ -325,8 +74,16 @@ def _worth(search: _Search, result: SearchResult) -> float:
     return search.progress(node) - node.bad_ground + (0.0 if result.reason else _WORTH_OF_ARRIVAL)
 
 
-def _need_of_care(attempt: _Attempt, config: FootholdConfig) -> str:
+def _is_short(attempt: _Attempt) -> bool:
+    """Whether the swings should rather come in any order, because the gait leads nowhere."""
+    config, result = attempt.config, attempt.result
+    asked = bool(result.reason) and config.free_below > 0.0 and not config.any_order
+    return asked and (result.node < 0 or attempt.search.progress(attempt.search.nodes[result.node]) < config.free_below)
+
+
+def _need_of_care(attempt: _Attempt) -> str:
     """Why the plan found should rather be made of single swings; empty when it need not."""
+    config = attempt.config
     if config.gait == config.careful_gait:
         return ""
     chain = attempt.search.stances(attempt.result.node)
@@ -343,6 +100,7 @@ def search_footholds(
     refused: RefusedSwings | None = None,
     clears: Callable = lambda duration, start, end: True,
     labels: LabelImage | None = None,
+    experience: EdgeExperience | None = None,
 ) -> FootholdPlan:
     """Finds the swings that lead from where the robot stands towards the local waypoint on the torso path.
 
@@ -360,6 +118,7 @@ def search_footholds(
             point [m] and an upward normal in W, (3,) and (3,). See ``trajectory/swing/swing_clearance.py``.
         labels: the newest image, by which footholds cost more if ``config.steppability`` is "penalty"; without one the
             labels of the regions take its place.
+        experience: what transitions cost by it; None: nothing.
 
     Returns:
         A FootholdPlan; without stances and with a reason when there is none.
@@ -368,13 +127,20 @@ def search_footholds(
     if not torso_path.success:
         reason = torso_path.reason or "there is no torso path"
         return FootholdPlan(state.stamp, torso_path.request_id, reason=reason, complete=False)
-    problem = pose_problem(state, regions, robot, config, labels)
+    if experience is not None:
+        experience = experience.weighed(effort_at(torso_path.level).labels)
+    problem = pose_problem(state, regions, robot, config, labels, experience)
     refused = refused or RefusedSwings.empty()
-    attempt = _attempt(problem, state, torso_path, robot, config, started + config.time_limit, refused, clears)
-    need, expansions = _need_of_care(attempt, config), attempt.expansions
+    asked, how = (problem, state, torso_path, robot), (started + config.time_limit, refused, clears)
+    attempt = _attempt(*asked, config, *how)
+    expansions = attempt.expansions
+    if _is_short(attempt):
+        free = _attempt(*asked, freely(config), *how)
+        expansions += free.expansions
+        attempt = max(attempt, free, key=lambda each: _worth(each.search, each.result))
+    need = _need_of_care(attempt)
     if need:
-        deadline = started + config.time_limit
-        carefully = _attempt(problem, state, torso_path, robot, careful(config), deadline, refused, clears)
+        carefully = _attempt(*asked, careful(attempt.config), *how)
         expansions += carefully.expansions
         attempt = carefully if carefully.result.node >= 0 else attempt
     return found_plan(attempt, need, expansions, problem, state, torso_path, config, started)

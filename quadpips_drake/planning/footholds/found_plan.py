@@ -27,7 +27,7 @@ def found_plan(
             Stance(node.feet, node.normals, tuple(problem.usable[k] for k in node.regions), node.p_WB, node.rpy_WB)
             for node in chain
         ),
-        swing_legs=tuple(search.swing_legs(node) for node in chain[:-1]),
+        swing_legs=tuple(search.swing_legs(node) for node in chain[1:]),
         gait=gait.name,
         swing_duration=gait.swing_duration,
         stance_duration=gait.stance_duration,
@@ -38,6 +38,7 @@ def found_plan(
         elapsed=work_clock() - started,
         complete=result.complete,
         time_limit_hit=attempt.time_limit_hit,
+        cost=chain[-1].cost if chain else 0.0,
         considered=result.combinations,
         refusals={why: int(count) for why, count in zip(REJECTIONS, result.refused, strict=True) if count},
     )

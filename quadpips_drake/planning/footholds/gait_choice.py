@@ -1,10 +1,22 @@
 """Which gait a plan needs: pairs of legs where the ground is generous, single swings where it is steep, narrow or uneven."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from quadpips_drake.gaits.swing_gaits import SwingGait, swing_gait
 from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.values.legs import Leg
+
+
+def gait_to_search(config: FootholdConfig) -> SwingGait:
+    """Returns the gait of a search; one in any order has the swings of the careful gait too if they take as long."""
+    gait, careful = swing_gait(config.gait), swing_gait(config.careful_gait)
+    alike = (gait.swing_duration, gait.stance_duration) == (careful.swing_duration, careful.stance_duration)
+    if not (config.any_order and alike):
+        return gait
+    return replace(gait, phases=tuple(dict.fromkeys(gait.phases + careful.phases)))
 
 
 def need_of_care(feet: np.ndarray, rpy: np.ndarray, config: FootholdConfig) -> str:

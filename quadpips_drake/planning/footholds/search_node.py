@@ -26,9 +26,11 @@ class SearchNode:
     parent: int
     depth: int
     family: tuple
-    """Identity of the family; see ``_Search._families``."""
+    """Identity of the family; see ``FamilySearch._families``."""
     bad_ground: float = 0.0
-    """Part of the cost that is due to labels worse than unseen, on the way here [m]."""
+    """Part of the cost that is due to labels worse than unseen and to experience, on the way here [m]."""
+    swung: int = -1
+    """Phase whose legs swung to come here, -1 at the start."""
 
 
 @dataclass

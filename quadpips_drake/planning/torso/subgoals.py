@@ -19,7 +19,9 @@ _FULL = 0.33
 _LEAST_WAY, _LEAST_TURN = 0.20, 0.50
 """A sub-goal is further away than this [m] or turned by more [rad]."""
 _TRIALS, _RETRIAL = 3, 0.3
-"""A pose is a sub-goal at most so often, and each time before makes it worse by so much [m]."""
+"""A pose is a sub-goal at most so often, and each time before makes it worse by so much [m] ..."""
+_IN_VAIN = 1.0
+"""... by so much more if no footholds led there from where the robot still stands [m]."""
 # Places in a view: fractions of its range, and of its half angle.
 _GLANCES = np.array([[r, b] for r in (0.35, 0.6, 0.85) for b in (-0.7, 0.0, 0.7)])
 
@@ -38,6 +40,8 @@ class Exploration(ImmutableValue):
     """Sub-goals that were chosen, x, y, yaw, (k, 3)."""
     avoided: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     """xy along torso paths for which no footholds were found since the robot last walked, (n, 2)."""
+    in_vain: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """Their ends, x, y, yaw, (j, 3)."""
 
     def after(self, path) -> "Exploration":
         """Returns it with the end of a TorsoPath among the sub-goals, if it is one."""
@@ -58,11 +62,12 @@ class Exploration(ImmutableValue):
         near = np.hypot(*(self.viewpoints[:, :2] - pose[:2]).T) < _SAME_PLACE
         same = near & (np.abs(wrap_angle(self.viewpoints[:, 2] - pose[2])) < _SAME_YAW)
         viewpoints = self.viewpoints if same.any() else np.vstack([self.viewpoints, pose])[-_MOST:]
-        avoided = np.zeros((0, 2))
+        avoided, in_vain = np.zeros((0, 2)), np.zeros((0, 3))
         if failed_path is not None and len(failed_path):
             beyond = np.hypot(*(failed_path[:, :2] - pose[:2]).T) > 0.25
             avoided = np.vstack([self.avoided, failed_path[beyond, :2]])
-        return Exploration(self.goal, viewpoints, detour, self.tried, avoided)
+            in_vain = np.vstack([self.in_vain, failed_path[-1, [0, 1, 3]]])
+        return Exploration(self.goal, viewpoints, detour, self.tried, avoided, in_vain)
 
 
 @njit(cache=True)
@@ -108,12 +113,12 @@ def _best(order, scores, nearer, poses, viewpoints, glances, distance, origin, r
 
 
 def _times_tried(poses, tried) -> np.ndarray:
-    """Returns how often each of ``poses`` (n, 3) was a sub-goal, inf if that is enough, (n,)."""
+    """Returns how often each of ``poses`` (n, 3) was in ``tried`` (k, 3), (n,)."""
     times = np.zeros(len(poses))
     for x, y, yaw in tried:
         near = np.hypot(poses[:, 0] - x, poses[:, 1] - y) < _SAME_PLACE
         times += near & (np.abs(wrap_angle(poses[:, 2] - yaw)) < 2.0 * _SAME_YAW)
-    return np.where(times < _TRIALS, times, np.inf)
+    return times
 
 
 def choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration: Exploration, support, config) -> int:
@@ -142,7 +147,9 @@ def choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration: Exploration
     nearer = rest <= so_far - config.min_progress
     if exploration.detour >= config.max_detour:
         return -1
-    scores += _RETRIAL * _times_tried(poses, exploration.tried)
+    times = _times_tried(poses, exploration.tried)
+    scores += np.where(times < _TRIALS, _RETRIAL * times, np.inf)
+    scores += _IN_VAIN * _times_tried(poses, exploration.in_vain)
     best = _best(
         np.argsort(scores, kind="stable"), scores, nearer, np.ascontiguousarray(poses), exploration.viewpoints, _GLANCES,
         support.distance, support.origin, support.resolution, np.array([config.view_range, config.view_half_angle]),

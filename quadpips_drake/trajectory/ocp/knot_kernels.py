@@ -14,6 +14,7 @@ from quadpips_drake.trajectory.ocp.reduction import PACKED, STAGE, reduce_cost, 
 from quadpips_drake.trajectory.ocp.terms.foothold_region import add_foothold_region
 from quadpips_drake.trajectory.ocp.terms.friction_cone import INACTIVE_BOUND, INNER, ROWS, friction_pyramid
 from quadpips_drake.trajectory.ocp.terms.joint_limits import add_box_limits, add_torque_limits
+from quadpips_drake.trajectory.ocp.terms.sdf_clearance import add_sdf_clearance
 from quadpips_drake.trajectory.ocp.terms.stance_foot import stance_foot
 from quadpips_drake.trajectory.ocp.terms.swing_foot import swing_foot
 from quadpips_drake.trajectory.ocp.terms.tracking_cost import add_angular_momentum_tracking, add_foot_tracking, add_tracking
@@ -49,6 +50,11 @@ class OcpParameters(NamedTuple):
     swing_directions: int
     min_normal_force: float
     force_unit: float
+    clearance_barrier: tuple
+    """mu, delta, reach."""
+    clearance_radii: tuple
+    """At knees, at corners of the trunk."""
+    trunk_corners: np.ndarray
 
 
 class TaskArrays(NamedTuple):
@@ -64,6 +70,10 @@ class TaskArrays(NamedTuple):
     halfspace_normals: np.ndarray
     halfspace_offsets: np.ndarray
     friction: float
+    distance: np.ndarray
+    """Of a SignedDistance; without entries: the ground is not known."""
+    distance_origin: np.ndarray
+    distance_step: float
 
 
 class KnotBlocks(NamedTuple):
@@ -170,6 +180,13 @@ def stage_cost(parameters, task, k, x, u, dt, feet, geometry, hessian, linear):
                 hessian,
                 linear,
             )
+    if task.distance.size > 0:
+        ground, placed = (
+            (task.distance, task.distance_origin, task.distance_step),
+            (rotation, rotation_angles, axes, origins),
+        )
+        corners, radii, barrier = parameters.trunk_corners, parameters.clearance_radii, parameters.clearance_barrier
+        cost += add_sdf_clearance(x, placed, ground, corners, radii, barrier, dt, hessian, linear)
     return cost
 
 

@@ -43,6 +43,22 @@ class Barrier:
 
 
 @configuration
+class SdfClearanceConfig:
+    """Knees and trunk stay clear of the ground, where a region source knows its signed distance; only the MPC is told it."""
+
+    enabled: bool = False
+    """Whether they do."""
+    barrier: Barrier = field(default_factory=lambda: Barrier(2.5, 0.005))
+    """delta in m."""
+    reach: float = ranged(0.1, 0.01, 10.0)
+    """A sphere that is further from the ground than this does not notice it [m]."""
+    knee_radius: float = ranged(0.08, 0.0, 1.0)
+    """Of the spheres at the knees [m]."""
+    trunk_radius: float = ranged(0.05, 0.0, 1.0)
+    """Of the spheres at the lower corners of the trunk [m]."""
+
+
+@configuration
 class OcpConfig:
     """Settings of the optimal control problem (QuadPiPS eq. 19)."""
 
@@ -79,6 +95,7 @@ class OcpConfig:
     """Back-end for the quadratic programs, see quadpips_drake.solvers.registry."""
     qp_tolerance: float = ranged(1e-5, 1e-15, 1.0)
     """Tolerance on the residuals of the quadratic programs [-]."""
+    sdf_clearance: SdfClearanceConfig = field(default_factory=SdfClearanceConfig)
 
     def __post_init__(self):
         if self.model not in MODEL_KINDS:

@@ -10,6 +10,7 @@ import numpy as np
 
 from quadpips_drake.math.angles import whole_turns
 from quadpips_drake.math.constants import GRAVITY
+from quadpips_drake.sensing.robot_shapes import trunk_corners
 from quadpips_drake.solvers.registry import make_solver
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.knot_kernels import OcpParameters, approximate_knots, make_blocks
@@ -259,6 +260,8 @@ def _parameters(model, config):
             np.tile(weights.joint_position, 4),
         )
     )
+    clearance = config.sdf_clearance
+    corners = trunk_corners(robot) if clearance.enabled else np.zeros((0, 3))
     barriers = (config.joint_position_barrier, config.joint_velocity_barrier, config.joint_torque_barrier)
     return OcpParameters(
         model.tree,
@@ -278,6 +281,9 @@ def _parameters(model, config):
         int(config.swing_constraint_directions),
         float(config.min_normal_force),
         float(_FORCE_UNIT_PER_WEIGHT * model.mass * GRAVITY),
+        (float(clearance.barrier.mu), float(clearance.barrier.delta), float(clearance.reach)),
+        (float(clearance.knee_radius), float(clearance.trunk_radius)),
+        corners,
     )
 
 

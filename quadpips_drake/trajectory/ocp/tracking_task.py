@@ -6,7 +6,9 @@ import numpy as np
 
 from quadpips_drake.trajectory.ocp.knot_kernels import TaskArrays
 from quadpips_drake.values.legs import NUM_LEGS
+from quadpips_drake.values.regions import SignedDistance
 
+_NO_GROUND = SignedDistance.empty()
 _NO_HALFSPACES = np.zeros((1, NUM_LEGS, 1, 3)), np.zeros((1, NUM_LEGS, 1))
 
 
@@ -34,6 +36,8 @@ class TrackingTask:
     """(N, 4, m)"""
     friction: float | None = None
     """Friction coefficient; None for the one in the configuration."""
+    ground: SignedDistance | None = None
+    """What knees and trunk stay clear of; None: nothing is known, or matters."""
 
     @property
     def num_knots(self) -> int:
@@ -45,6 +49,7 @@ class TrackingTask:
         normals, offsets = self.halfspace_normals, self.halfspace_offsets
         if normals is None:
             normals, offsets = (np.broadcast_to(a, (n, *a.shape[1:])) for a in _NO_HALFSPACES)
+        ground = self.ground or _NO_GROUND
         return TaskArrays(
             times=np.array(self.times, dtype=float, order="C"),
             x_ref=np.array(self.x_ref, dtype=float, order="C"),
@@ -56,6 +61,9 @@ class TrackingTask:
             halfspace_normals=np.array(normals, dtype=float, order="C"),
             halfspace_offsets=np.array(offsets, dtype=float, order="C"),
             friction=float(friction if self.friction is None else self.friction),
+            distance=np.array(ground.distance, dtype=np.float32, order="C"),
+            distance_origin=np.array(ground.origin, dtype=float),
+            distance_step=float(ground.step),
         )
 
 

@@ -74,12 +74,23 @@ class _Spawned:
 class Spawner:
     """Lets elements appear in a diagram and watches what becomes of them."""
 
-    def __init__(self, spawns: tuple[Appearance, ...], diagram, terrain: Terrain):
-        """Args: what appears; a QuadpipsDiagram with all its elements ``appearing``; the terrain before."""
+    def __init__(self, spawns: tuple[Appearance, ...], diagram, terrain: Terrain, first: int = 0):
+        """
+        Args:
+            spawns: what appears.
+            diagram: one of all, with all their elements ``appearing``.
+            terrain: before anything has appeared.
+            first: number of the first of these elements in the station.
+        """
         self._diagram, self._station, self._robot, self.terrain = diagram, diagram.station, diagram.robot, terrain
         """``terrain``: with all that has appeared so far."""
-        firsts = np.cumsum([0, *(len(spawn.elements) for spawn in spawns)])
+        firsts = np.cumsum([first, *(len(spawn.elements) for spawn in spawns)])
         self._all = [_Spawned(spawn, int(first)) for spawn, first in zip(spawns, firsts, strict=False)]
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether there is anything that has not appeared yet."""
+        return any(spawned.at is None for spawned in self._all)
 
     def advance(self, context, time: float, reference: WholeBodyReference) -> bool:
         """Lets appear what is due at ``time`` [s]; returns whether the terrain is another one now.
@@ -92,6 +103,20 @@ class Spawner:
             if spawned.at is None and time >= spawned.spawn.time - _SAME_TIME:
                 self._appear(spawned, context, time, reference)
         return self.terrain is not before
+
+    def add(self, spawn: Appearance, first: int, context, time: float) -> None:
+        """Lets ``spawn`` appear at once, as the station's elements from number ``first`` on.
+
+        Raises:
+            UserInputError: it would be inside the robot, or nowhere; nothing has changed then.
+        """
+        spawned = _Spawned(spawn, first)
+        try:
+            self._appear(spawned, context, time, WholeBodyReference.empty())
+        except UserInputError:
+            self._station.sink(context, spawned.numbers)
+            raise
+        self._all.append(spawned)
 
     def watch(self, context, time: float) -> None:
         """Takes down what is touched and what has been noticed."""
@@ -180,8 +205,8 @@ class Spawner:
 
     def _is_noticed(self, spawned: _Spawned, context) -> bool:
         """Whether the map of the ground that planning gets, if there is one, shows it."""
-        regions = self._diagram.regions
-        if "ground_heights" not in output_names(regions):
+        regions = getattr(self._diagram, "regions", None)
+        if regions is None or "ground_heights" not in output_names(regions):
             return False
         heights = output_of(regions, "ground_heights", GroundHeights).Eval(regions.GetMyContextFromRoot(context))
         return spawned.is_shown_by(heights)

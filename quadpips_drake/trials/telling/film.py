@@ -11,7 +11,7 @@ from pydrake.systems.sensors import CameraInfo
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.interruption import check as check_interruption
-from quadpips_drake.trials.telling.film_drawings import RUN_LAYERS, WALK_LAYERS, FilmDrawings
+from quadpips_drake.trials.telling.film_drawings import PUSH_LAYERS, RUN_LAYERS, WALK_LAYERS, FilmDrawings
 from quadpips_drake.trials.telling.replay import Replay, TrialFiles
 from quadpips_drake.trials.telling.replayed_sight import ReplayedSight
 from quadpips_drake.visualization.film.encoding import check_film_name, save_film
@@ -133,6 +133,7 @@ class FilmCamera:
         sees = config.inset and not files.is_walk and config_has_perception(files.config)
         self._sight = ReplayedSight(self._replay) if sees else None
         layers = WALK_LAYERS if files.is_walk else RUN_LAYERS if sees else RUN_LAYERS[1:]
+        layers += PUSH_LAYERS if files.config.pushes else ()
         self._words = FilmWords(config.width, config.height, layers if not sees else ("labels", *layers))
         info = CameraInfo(config.width, config.height, _FOV_Y)
         self._camera = ColorRenderCamera(RenderCameraCore(_RENDERER, info, ClippingRange(0.05, 100.0), RigidTransform()))

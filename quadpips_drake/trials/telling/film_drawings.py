@@ -13,7 +13,9 @@ from quadpips_drake.visualization.plan_meshes import goal_mesh, region_mesh, sta
 from quadpips_drake.visualization.shapes import ColorMesh
 
 RUN_LAYERS = ("regions", "footholds", "swings", "base_reference", "course/goal")
-WALK_LAYERS = ("footholds", "command", "pushes")
+WALK_LAYERS = ("footholds", "command")
+PUSH_LAYERS = ("pushes",)
+"""Where there are any."""
 REGION_PERIOD = 0.5
 """Between two drawings of regions [s]."""
 _SOON, _AGO = 0.6, 0.1
@@ -49,11 +51,12 @@ class FilmDrawings:
         """What there is at ``time`` [s], and the regions seen then."""
         if self._files.is_walk:
             self._draw_command(context, time)
-            self._draw_pushes(context, time)
             due = self._files.log["foothold_touchdown"]
             self._draw_footholds(context, np.flatnonzero((due > time - _AGO) & (due < time + _SOON)))
         else:
             self._draw_plan(context, time)
+        if self._files.config.pushes:
+            self._draw_pushes(context, time)
         if region_set is not None and region_set.regions and self._is_new("regions", int(time / REGION_PERIOD + 1e-6)):
             self._meshes.show(context, "regions", region_mesh(region_set, varied=False))
 

@@ -49,6 +49,7 @@ class Narrator:
             self._tell_run(diagram, context, reference, state.stamp)
         if diagram.HasOutputPort("velocity_command"):
             self._tell_walk(trial, state)
+        self._tell_push(state.stamp, trial.force_on_base(state.stamp))
         safety = read(diagram, "safety_status", context)
         self._count(state.stamp, {f"unstable: {event}": n for event, n in safety.counts_by_event().items()})
         elements = len(trial.present_terrain.elements)
@@ -83,7 +84,8 @@ class Narrator:
                 moved = np.linalg.norm(state.p_WB[:2] - self._speed[1]) / (time - self._speed[0])
                 self.story.note(time, speed=f"walks at {moved:.2f} m/s")
             self._speed = time, state.p_WB[:2]
-        force = trial.force_on_base(time)
+
+    def _tell_push(self, time: float, force: np.ndarray) -> None:
         push = f"pushed with {np.linalg.norm(force):.0f} N" if force.any() else ""
         if push and push != self.story.at("push", time):
             self.story.happen(time, push)

@@ -33,11 +33,12 @@ def optimal_control() -> None:
 
 
 def perception() -> None:
-    """Labels by the network and the way from depth images to regions, on a floor that ends."""
+    """Labels by the network and both ways from depth images to regions, on a floor that ends."""
     from pydrake.common.value import AbstractValue, Value
     from pydrake.systems.analysis import Simulator
     from pydrake.systems.sensors import ImageDepth32F
 
+    from quadpips_drake.diagrams.elevation_module import ElevationModule
     from quadpips_drake.diagrams.perception_module import PerceptionModule
     from quadpips_drake.perception.config import steppable_perception
     from quadpips_drake.robots.robot_library import load_robot
@@ -45,18 +46,18 @@ def perception() -> None:
     from quadpips_drake.sensing.depth_camera import DepthCameraConfig, make_intrinsics
 
     robot, intrinsics = load_robot(_ROBOT), make_intrinsics(DepthCameraConfig())
-    module = PerceptionModule(robot, intrinsics, steppable_perception())
-    simulator = Simulator(module)
-    context = simulator.get_mutable_context()
     image = ImageDepth32F(intrinsics.width, intrinsics.height)
     X_WC = np.eye(4)
     X_WC[2, 3] = robot.nominal_base_height
     image.mutable_data[:, :, 0] = _depth_of_floor(X_WC @ robot.camera().X_BC, intrinsics)
-    module.GetInputPort("depth_image").FixValue(context, Value(image))
-    for time in (0.0, 0.2, 0.4):  # labels appear after the first
-        module.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(standing_state(robot, time)))
-        simulator.AdvanceTo(time + 0.1)
-        module.GetOutputPort("region_set").Eval(context)
+    for module in (PerceptionModule(robot, intrinsics, steppable_perception()), ElevationModule(robot, intrinsics)):
+        simulator = Simulator(module)
+        context = simulator.get_mutable_context()
+        module.GetInputPort("depth_image").FixValue(context, Value(image))
+        for time in (0.0, 0.2, 0.4):  # labels appear after the first
+            module.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(standing_state(robot, time)))
+            simulator.AdvanceTo(time + 0.1)
+            module.GetOutputPort("region_set").Eval(context)
 
 
 def planning() -> None:
@@ -80,6 +81,7 @@ def planning() -> None:
     search_footholds(state, regions, path, robot, FootholdConfig())
     search_torso_path(state.p_WB, 0.0, regions, np.array([9.0, 0.0]), robot, TorsoConfig())  # by way of a sub-goal
     _walk_by_heuristics(robot, state, regions)
+    _search_commands(robot, state)
 
 
 def _walk_by_heuristics(robot, state, regions) -> None:
@@ -89,6 +91,26 @@ def _walk_by_heuristics(robot, state, regions) -> None:
 
     memory, command = PerceptiveMemory.empty(), np.array([0.2, 0.0, 0.0])
     PerceptiveWalk(robot).update(memory, state, command, load_gait("trot"), regions)
+
+
+def _search_commands(robot, state) -> None:
+    """A few steps of a search over velocity commands, on level ground."""
+    from quadpips_drake.baselines.motion_models.line_holding import Line
+    from quadpips_drake.baselines.motion_models.planner.command_search import CommandSearch, CommandSearchConfig
+    from quadpips_drake.baselines.motion_models.planner.foot_costmap import FootCostmapConfig, foot_costmap
+    from quadpips_drake.baselines.motion_models.planner.variants import belief_of
+    from quadpips_drake.baselines.motion_models.state import measured_step_state
+    from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig
+    from quadpips_drake.values.regions import GroundHeights
+
+    belief = belief_of("ideal", robot, "trot", None, VelocityReferenceConfig(), None)
+    search = CommandSearch(belief.models, CommandSearchConfig(horizon=2))
+    level = foot_costmap(GroundHeights(0.0, np.full(2, -1.0), 0.1, np.zeros((20, 20), np.float32)), FootCostmapConfig())
+    start = measured_step_state(state, robot.foot_positions_W(state), 0, None, np.zeros(3))
+    question = start, np.zeros(4), 0.0, level, np.array([0.8, 0.0]), Line(np.zeros(2), 0.0)
+    search.plan(*question, stamp=0.0, id=1)
+    search.outcome(start, np.zeros(3))
+    search.clearest(*question)
 
 
 def whole_body_control() -> None:

@@ -15,6 +15,11 @@ from quadpips_drake.visualization.colors import (
     WAYPOINT_COLOR,
 )
 
+_CLEARANCES = (
+    (REGION_COLORS[Steppability.STEPPABLE], "safe"),
+    (REGION_COLORS[Steppability.PASSABLE], "safe, near what is not"),
+    (REGION_COLORS[Steppability.NON_PASSABLE], "unsafe"),
+)
 _LEGS = tuple((LEG_COLORS[leg], leg.name) for leg in Leg)
 _LABELS = tuple(
     (REGION_COLORS[label], words)
@@ -46,6 +51,8 @@ LEGEND = (
     LegendEntry("footholds", "balls: footholds in force, by leg", "dot", _LEGS),
     LegendEntry("swings", "curves: ways of the swinging feet, by leg", "line"),
     LegendEntry("stances", "discs: footholds of the newest plan; ball: its waypoint", "dot", ((WAYPOINT_COLOR, ""),)),
+    LegendEntry("costmap", "dots: where a foot may come down", "dot", _CLEARANCES),
+    LegendEntry("landed", "small discs: where feet came down, by leg", "dot"),
     LegendEntry("base_reference", "way of the base, as planned", "line", ((BASE_REFERENCE_COLOR, ""),)),
     LegendEntry("course/start", "start", "patch", ((START_COLOR, ""),)),
     LegendEntry("course/goal", "goal", "patch", ((GOAL_COLOR, ""),)),

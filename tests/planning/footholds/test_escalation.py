@@ -5,6 +5,7 @@ import dataclasses
 from quadpips_drake.planning.footholds.escalation import LEVELS, escalated
 from quadpips_drake.planning.footholds.foothold_config import MAX_EXPANSIONS, FootholdConfig
 from quadpips_drake.robots.robot_library import load_robot
+from quadpips_drake.terrain.library import load_terrain
 from tests.planning.probe import planning_config, walk
 from tests.planning.probe_worlds import WORLDS
 
@@ -33,3 +34,11 @@ def test_expansions_stay_in_range():
 def test_a_trench_that_needs_wider_limits_is_crossed():
     report = walk(WORLDS["trench"](0.45), load_robot("anymal_c"), planning_config("anymal_c"), max_plans=12)
     assert report.reached and report.failures
+
+
+def test_the_go2_crosses_sparse_stones_with_swings_in_any_order():
+    """With the pairs of its trot alone it turns round between stones that single swings lead across (17 plans and more)."""
+    report = walk(
+        load_terrain("sparse_stones", seed=9), load_robot("go2"), planning_config("go2"), camera=True, max_plans=10
+    )
+    assert report.reached and not report.failures

@@ -1,5 +1,6 @@
 """Foothold search on synthetic regions: every constraint of every stance, bounds, reasons."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -128,6 +129,24 @@ def test_gait_phases_follow_each_other():
         assert all((b - a) % len(phases) == 1 for a, b in pairwise(order))
     plan = plan_once(*WORLDS["flat"], FootholdConfig(any_first_phase=False))
     assert plan.swing_legs[0] == (Leg.RF, Leg.LH)
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_in_any_order_pairs_and_single_legs_swing(name):
+    config = FootholdConfig(any_order=True)
+    plan = plan_once(*WORLDS[name], config)
+    assert plan.success, plan.reason
+    assert set(plan.swing_legs) <= {*swing_gait("standing_trot").phases, *swing_gait("standing_walk").phases}
+    assert_valid(plan, config)
+
+
+@pytest.mark.parametrize("leg", Leg)
+@pytest.mark.parametrize("config", [FootholdConfig(), FootholdConfig(any_order=True), FootholdConfig(any_first_phase=False)])
+def test_a_foot_that_hangs_in_the_air_swings_first(config, leg):
+    contacts = np.ones(4, dtype=bool)
+    contacts[leg] = False
+    plan = plan_once(*WORLDS["flat"], config, state=replace(worlds.standing_state(ROBOT), contacts=contacts))
+    assert plan.success and leg in plan.swing_legs[0]
 
 
 def test_ends_in_a_stance_near_the_nominal_one():

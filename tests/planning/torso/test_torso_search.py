@@ -131,6 +131,20 @@ def test_another_goal_begins_anew():
     assert len(exploration.standing_at((1.0, 0.0, 0.0), (0.0, 2.0)).viewpoints) == 1
 
 
+def test_a_sub_goal_that_failed_from_here_is_not_the_next_one():
+    regions, goal, start = worlds.pit(1.2), (3.0, 0.0), (0.5, 0.0, 0.0)
+    ends, exploration, failed = [], Exploration(), None
+    for _ in range(3):
+        exploration = exploration.standing_at(start, goal, failed)
+        p_WB = np.array([*start[:2], ROBOT.nominal_base_height])
+        path = search_torso_path(p_WB, start[2], regions, np.array(goal), ROBOT, CONFIG, exploration=exploration)
+        exploration, failed = exploration.after(path), path.poses
+        ends.append(path.poses[-1, [0, 1, 3]])
+    assert len(exploration.in_vain) == 2
+    assert min(np.abs(ends[i] - ends[j]).max() for i in range(3) for j in range(i)) > 0.1
+    assert not len(exploration.standing_at((0.1, 0.0, 0.0), goal).in_vain)  # it has walked since
+
+
 def test_finds_its_way_from_ground_that_it_does_not_see():
     path = search(worlds.flat_ground((0.7, 3.0)), (2.0, 0.0))
     assert path.success, path.reason

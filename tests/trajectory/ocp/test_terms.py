@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.robots.robot_library import load_robot
+from quadpips_drake.sensing.robot_shapes import trunk_corners
 from quadpips_drake.trajectory.centroidal.centroidal_derivatives import knot_derivatives
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.projection import orthogonal_basis, project_inputs
@@ -11,6 +12,7 @@ from quadpips_drake.trajectory.ocp.terms.foothold_region import add_foothold_reg
 from quadpips_drake.trajectory.ocp.terms.friction_cone import FRICTION, ROWS, friction_pyramid, surface_frame
 from quadpips_drake.trajectory.ocp.terms.joint_limits import add_box_limits, add_torque_limits
 from quadpips_drake.trajectory.ocp.terms.relaxed_barrier import relaxed_barrier
+from quadpips_drake.trajectory.ocp.terms.sdf_clearance import add_sdf_clearance
 from quadpips_drake.trajectory.ocp.terms.stance_foot import stance_foot
 from quadpips_drake.trajectory.ocp.terms.swing_foot import swing_foot
 from quadpips_drake.trajectory.ocp.terms.terminal_cost import regulator_cost, turned_to_yaw
@@ -69,6 +71,51 @@ def test_tracking_cost(model, z):
 
     check_gradient(term, z)
     assert quadratic(term, z)[0] == pytest.approx(0.05 * weights @ (z - reference) ** 2)
+
+
+def clearance_term(model, ground, corners, radii=(0.08, 0.05), barrier=(2.5, 0.005, 0.3)):
+    def term(y, hessian, linear):
+        _, (rotation, by_angles, kinematics) = knot(model, y)
+        placed = (rotation, by_angles, kinematics[0], kinematics[1])
+        return add_sdf_clearance(y[:24].copy(), placed, ground, corners, radii, barrier, 0.1, hessian, linear)
+
+    return term
+
+
+def tilted_ground(scale=1.0):
+    """A field that is linear in space, so that its gradient does not jump from voxel to voxel: 0.9 z + 0.4 x + 0.1 y."""
+    x, y, z = np.meshgrid(*(np.linspace(-4.0, 4.0, 9),) * 3, indexing="ij")
+    return (scale * (0.9 * z + 0.4 * x + 0.1 * y)).astype(np.float32), np.full(3, -4.0), 1.0
+
+
+def test_clearance_of_knees_and_trunk(model, z):
+    corners = trunk_corners(model.robot)
+    assert corners.shape == (4, 3) and np.ptp(corners[:, 0]) > 0.5 and (corners[:, 2] < 0).all()
+    z = z.copy()
+    z[6:9] = 0.0, 0.0, 0.0
+    costs = []
+    for height in (0.0, 0.2, 0.35):  # in the ground, partly out of it, mostly out of reach
+        z[8] = height
+        term = clearance_term(model, tilted_ground(), corners)
+        check_gradient(term, z, rtol=1e-4)
+        costs.append(quadratic(term, z)[0])
+    assert costs[0] > costs[1] > costs[2] >= 0.0
+    z[8] = 3.0
+    cost, linear, hessian = quadratic(clearance_term(model, tilted_ground(), corners), z)
+    assert cost == 0.0 and not linear.any() and not hessian.any(), "out of reach"
+    z[6] = 50.0
+    assert quadratic(clearance_term(model, tilted_ground(), corners), z)[0] == 0.0, "nothing is known there"
+
+
+def test_the_clearance_ends_smoothly_at_its_reach(model, z):
+    z, at = z.copy(), []
+    z[3:6] = z[6:12] = 0.0
+    flat = np.tile(np.linspace(-4.0, 4.0, 9, dtype=np.float32), (9, 9, 1)), np.full(3, -4.0), 1.0
+    for height in (0.349999, 0.35, 0.350001):  # one corner 0.3 m above a sphere's radius of 0.05 m
+        z[8] = height
+        cost, linear, _ = quadratic(clearance_term(model, flat, np.zeros((1, 3)), radii=(-9.0, 0.05)), z)
+        at.append((cost, linear[8]))
+    np.testing.assert_allclose(at, 0.0, atol=1e-5)
 
 
 def test_foot_tracking(model, z):

@@ -9,7 +9,7 @@ from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.penetration import sphere_depths
 from quadpips_drake.terrain.terrain import Box, Cylinder, Mesh, Terrain, pose
 from quadpips_drake.trajectory.swing.swing_optimizer import SwingOptimizer
-from quadpips_drake.trials.foothold_statistics import ends_in_force, foothold_statistics, swing_statistics
+from quadpips_drake.trials.steps.foothold_statistics import ends_in_force, foothold_statistics, swing_statistics
 from quadpips_drake.values.centroidal import CentroidalInput
 from tests.trajectory.walking import uneven_plan
 

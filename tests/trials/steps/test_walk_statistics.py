@@ -15,8 +15,8 @@ from quadpips_drake.gaits.gaits import GAITS, load_gait
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.placement import problem_with_start
+from quadpips_drake.trials.steps.walk_statistics import FootholdBook, stretches_of, walk_statistics
 from quadpips_drake.trials.trial_options import resolve_config
-from quadpips_drake.trials.walk_statistics import FootholdBook, stretches_of, walk_statistics
 from quadpips_drake.trials.walk_trial import WalkTrialConfig
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.legs import Leg
