@@ -5,14 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.configuration.schema import configuration, ranged
+from quadpips_drake.control.references.velocity_reference import STANCE
 from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.robot_state import RobotState
-
-STANCE = "stance"
-"""Name of the gait without swings."""
 
 
 @configuration

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from quadpips_drake.baselines.goal_command import STANCE, GoalCommandConfig, GoalCommandMemory, goal_command
+from quadpips_drake.baselines.goal_command import GoalCommandConfig, GoalCommandMemory, goal_command
+from quadpips_drake.control.references.velocity_reference import STANCE
 from quadpips_drake.framework.ports import declare_output
 from quadpips_drake.framework.stage import FirstUpdate, Inputs, Stage
 from quadpips_drake.timing import StageTimings

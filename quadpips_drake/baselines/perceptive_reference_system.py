@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from quadpips_drake.baselines.goal_command import STANCE
 from quadpips_drake.baselines.perceptive_config import PerceptiveReferenceConfig
 from quadpips_drake.baselines.perceptive_walk import PerceptiveMemory, PerceptiveWalk
+from quadpips_drake.control.references.velocity_reference import STANCE
 from quadpips_drake.framework.stage import FirstUpdate, Inputs, Stage
 from quadpips_drake.gaits.gaits import load_gait
 from quadpips_drake.timing import StageTimings

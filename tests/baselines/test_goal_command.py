@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quadpips_drake.baselines.goal_command import STANCE, GoalCommandConfig, goal_command
+from quadpips_drake.baselines.goal_command import GoalCommandConfig, goal_command
+from quadpips_drake.control.references.velocity_reference import STANCE
 from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state

@@ -31,7 +31,7 @@ SCENES = {
 
 def noisy(depth, rng):
     """A D435's noise."""
-    sigma = 0.001 + 0.004 * np.where(np.isfinite(depth), depth, 0.0) ** 2
+    sigma = 0.001 + 0.004 * np.where(depth < 10.0, depth, 0.0) ** 2
     depth = (depth + sigma * rng.standard_normal(depth.shape)).astype(np.float32)
     depth[rng.random(depth.shape) < 0.02] = np.nan
     return depth

@@ -51,7 +51,8 @@ def begin_map(
     x = (fresh.first_cell[0] + np.arange(n) + 0.5)[:, None] * cell
     y = (fresh.first_cell[1] + np.arange(n) + 0.5)[None, :] * cell
     z, _, chosen = assumed_plane(x, y, [(view.X_WC, view.intrinsics) for view in views], X_WB, p_WG, config)
-    height[chosen], variance[chosen] = z[chosen], config.max_variance  # the first measurement takes their place
+    # Doubtful enough that a measurement nearby takes its place, and not so much that any outlier does.
+    height[chosen], variance[chosen] = z[chosen], max(config.min_variance, config.multi_height_variance)
     assumed = replace(fresh, height=height, variance=variance, X_WB=X_WB)
     return update_map(assumed, stamp, views, X_WB, config)
 

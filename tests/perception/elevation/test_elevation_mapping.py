@@ -151,6 +151,15 @@ def test_ground_is_assumed_at_the_start_until_it_is_measured():
     assert there.height[cell_of(there, 0.0, 0.0)] == pytest.approx(-0.05, abs=0.01)
 
 
+def test_an_outlier_does_not_take_the_place_of_assumed_ground():
+    """A point just before the camera, high over ground that no image shows."""
+    depth = np.full((240, 320), np.nan)
+    depth[150:155, 150:155] = 0.12
+    X_WB = base_pose()
+    elevation = begin_map(0.0, [view(depth, X_WB)], X_WB, FEET, CONFIG)
+    np.testing.assert_allclose(elevation.height[np.isfinite(elevation.height)], 0.0, atol=1e-6)
+
+
 @pytest.mark.parametrize("pose", [base_pose(x=0.8), base_pose(yaw=1.0)])
 def test_a_jump_of_the_pose_starts_afresh(pose):
     before = look_at(Scene([]), standing(3))
