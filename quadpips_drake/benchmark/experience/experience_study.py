@@ -136,7 +136,7 @@ def run_series(series: Series, trials: int, planning: PlanningConfig, folder: Pa
     course, config = OfflineCourse(robot, terrain), config_of(series, planning)
     journal, store = _journal(series, folder), library_file(series, folder)
     journal.parent.mkdir(parents=True, exist_ok=True)
-    library, rows = _library_before(series, planning, folder), _rows_of(journal)
+    rows, library = _rows_of(journal), _library_before(series, planning, folder)
     if _is_complete({"rows": rows}, trials):
         return _result(series, rows)
     labels = None

@@ -28,7 +28,7 @@ def save_prediction_picture(models: MotionModels, steps: Steps, path: Path) -> N
         axes[name].plot(ends, ends, color="0.7", linewidth=1)
         axes[name].plot(measured, told, ".", markersize=4)
         mae = np.abs(told - measured).mean()
-        axes[name].set(title=f"{name.upper()}: {_WORDS[name]}, MAE {mae:.4f} {UNITS[name]}")
+        axes[name].set_title(f"{name.upper()}: {_WORDS[name]}\nMAE {mae:.4f} {UNITS[name]}", fontsize=10)
         axes[name].set(xlabel=f"measured along x [{UNITS[name]}]", ylabel="predicted", aspect="equal")
         axes[name].grid(alpha=0.3)
     figure.suptitle(f"{models.robot} in {models.gait}: {len(steps)} held-out steps")

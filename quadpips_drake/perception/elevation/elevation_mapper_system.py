@@ -100,9 +100,10 @@ class ElevationMapper(Stage):
 
 
 def _base_pose(state: RobotState) -> np.ndarray:
+    """X_WB (4, 4); all NaN if any of it is not finite."""
     X_WB = np.eye(4)
     X_WB[:3, :3], X_WB[:3, 3] = state.R_WB, state.p_WB
-    return X_WB
+    return X_WB if np.isfinite(X_WB).all() else np.full((4, 4), np.nan)
 
 
 def _heights(memory: ElevationMap) -> GroundHeights:
