@@ -92,7 +92,7 @@ def to_dot(block: Block) -> str:
     """Returns the graph of a block in dot's language."""
     lines = [
         "digraph {",
-        f"graph [rankdir=LR, nodesep=0.25, ranksep=0.36, {_TEXT}, fontsize=15, pad=0.1, labelloc=t, labeljust=l]",
+        f"graph [rankdir=LR, nodesep=0.25, ranksep=0.34, {_TEXT}, fontsize=15, pad=0.1, labelloc=t, labeljust=l]",
         f"node [shape=plain, {_TEXT}, fontsize=11]",
         "edge [arrowsize=0.7, penwidth=1.4]",
     ]

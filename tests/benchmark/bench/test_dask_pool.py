@@ -1,5 +1,6 @@
 """A bench on a Dask cluster: two workers of this machine."""
 
+import gc
 from functools import partial
 
 import pytest
@@ -73,6 +74,8 @@ def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
     for address in ("tcp://127.0.0.1:1", "nowhere:at:all"):
         with pytest.raises(UserInputError, match="no Dask scheduler answers there"):
             DaskPool(address)
+    # The client that came to nothing goes now: collected while a cluster starts, it would wait for the lock of that for ever.
+    gc.collect()
 
 
 def test_workers_of_several_threads_are_refused():
