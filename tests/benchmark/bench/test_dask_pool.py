@@ -74,7 +74,7 @@ def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
     for address in ("tcp://127.0.0.1:1", "nowhere:at:all"):
         with pytest.raises(UserInputError, match="no Dask scheduler answers there"):
             DaskPool(address)
-    # The client that came to nothing goes now: collected while a cluster starts, it would wait for the lock of that for ever.
+    # The client that came to nothing goes now: collected while a cluster starts, it would wait for its lock for ever.
     gc.collect()
 
 
