@@ -92,6 +92,7 @@ def test_a_plan(benchmark, terrain, horizon):
     benchmark.pedantic(plan, rounds=PLACES)
     p50, p95 = np.percentile(times, [50, 95])
     expansions, found = np.mean([p.expansions for p in plans]), np.mean([p.found for p in plans])
+    assert plans and all(p.expansions > 0 for p in plans), "nothing was searched"
     row = [terrain, horizon, *(f"{value:.3f}" for value in (np.mean(times), p50, p95, max(times)))]
     SEARCHES.append([*row, f"{expansions:.0f}", f"{found:.0%}", PAPER[terrain, horizon]])
 
@@ -103,6 +104,8 @@ def test_a_costmap_of_remembered_ground(benchmark):
     height[:, 100:110] = np.nan
     height[rng.random(height.shape) < 0.02] = np.nan
     ground, times = GroundHeights(0.0, np.zeros(2), 0.01, height), []
+    safe = foot_costmap(ground, FootCostmapConfig()).safe
+    assert safe.any() and not safe[np.isnan(height)].any()
 
     def make():
         began = time.perf_counter()

@@ -93,12 +93,13 @@ def area(regions):
     return sum(area_and_centroid(np.ascontiguousarray(region.inset))[0] for region in regions)
 
 
-class Perception:
-    """The perception module, fed frame by frame."""
+class FedModule:
+    """A perception module, fed frame by frame."""
 
-    def __init__(self):
-        self.module = PerceptionModule(ROBOT, SMALL, CONFIG)
-        self.simulator, self.frames = Simulator(self.module), 0
+    def __init__(self, module, period: float, outputs: tuple[str, ...]):
+        """``period``: long enough for the slowest stage to take in a frame [s]; ``outputs``: read beside the regions."""
+        self.module, self._period, self._outputs = module, period, outputs
+        self.simulator, self.frames = Simulator(module), 0
 
     def show(self, depth, state):
         """Feeds one frame and returns the regions that perception then knows."""
@@ -108,11 +109,17 @@ class Perception:
         if self.frames == 0:
             self.simulator.Initialize()
         self.frames += 1
-        # Far enough for egocan and superpixels to have taken in the frame.
-        self.simulator.AdvanceTo(self.frames * 0.1)
-        for name in ("affordance_image", "egocan", "superpixels"):
+        self.simulator.AdvanceTo(self.frames * self._period)
+        for name in self._outputs:
             self.module.GetOutputPort(name).Eval(context)
         return self.module.GetOutputPort("region_set").Eval(context).regions
+
+
+class Perception(FedModule):
+    """Of superpixels."""
+
+    def __init__(self):
+        super().__init__(PerceptionModule(ROBOT, SMALL, CONFIG), 0.1, ("affordance_image", "egocan", "superpixels"))
 
 
 @pytest.mark.parametrize("name", BAD_IMAGES)

@@ -2,35 +2,20 @@
 
 import numpy as np
 import pytest
-from pydrake.common.value import AbstractValue, Value
-from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.diagrams.elevation_module import ElevationModule
 from quadpips_drake.perception.elevation.elevation_config import ElevationConfig
 from tests.perception.scenes import SMALL
-from tests.perception.test_bad_input import BAD_IMAGES, BAD_STATES, CONFIG, ROBOT, floor, image_of, state_at
+from tests.perception.test_bad_input import BAD_IMAGES, BAD_STATES, CONFIG, ROBOT, FedModule, floor, state_at
 
 
-class Module:
-    """The module with a D435's noise, fed frame by frame."""
+class Module(FedModule):
+    """With a D435's noise."""
 
     def __init__(self, preset="fine"):
         options = {"images": CONFIG, "seed": 3, "with_distance": True}
-        self.module = ElevationModule(ROBOT, SMALL, ElevationConfig(preset=preset), **options)
-        self.simulator, self.frames = Simulator(self.module), 0
-
-    def show(self, depth, state):
-        """Feeds one frame and returns the regions that are then known."""
-        context = self.simulator.get_mutable_context()
-        self.module.GetInputPort("depth_image").FixValue(context, Value(image_of(depth)))
-        self.module.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(state))
-        if self.frames == 0:
-            self.simulator.Initialize()
-        self.frames += 1
-        self.simulator.AdvanceTo(self.frames * 0.25)  # for the slowest stage to have taken it in
-        for name in ("elevation_map", "ground_heights", "signed_distance"):
-            self.module.GetOutputPort(name).Eval(context)
-        return self.module.GetOutputPort("region_set").Eval(context).regions
+        module = ElevationModule(ROBOT, SMALL, ElevationConfig(preset=preset), **options)
+        super().__init__(module, 0.25, ("elevation_map", "ground_heights", "signed_distance"))
 
 
 @pytest.mark.parametrize("name", BAD_IMAGES)

@@ -95,10 +95,10 @@ def test_wrong_content_is_refused_and_stays(tmp_path, words):
     path = tmp_path / "experience.npz"
     save_library(path, library())
     write(path, SPOILED[words](arrays_of(path)))
-    refused(path, words)
+    assert_refused(path, words)
 
 
-def refused(path, words):
+def assert_refused(path, words):
     content = path.read_bytes()
     for action in (lambda: load_library(path, LIKE), lambda: save_library(path, library())):
         with pytest.raises(UserInputError, match=words) as caught:
@@ -117,7 +117,7 @@ def test_a_wrong_header_is_refused(tmp_path, change, words):
     save_library(path, library())
     arrays = arrays_of(path)
     write(path, arrays, json.loads(arrays["header"].tobytes()) | change)
-    refused(path, words)
+    assert_refused(path, words)
 
 
 def test_damage_is_found(tmp_path):
@@ -126,7 +126,7 @@ def test_damage_is_found(tmp_path):
     content = bytearray(path.read_bytes())
     for size in (0, 10, len(content) // 2, len(content) - 1):
         path.write_bytes(content[:size])
-        refused(path, "truncated or damaged")
+        assert_refused(path, "truncated or damaged")
     for at in range(0, len(content), 97):
         spoiled = bytearray(content)
         spoiled[at] ^= 0x10
@@ -143,9 +143,9 @@ def test_too_many_records_and_too_large_files_are_refused(tmp_path, monkeypatch)
     path = tmp_path / "experience.npz"
     save_library(path, library())
     monkeypatch.setattr(experience_file, "MAX_RECORDS", 2)
-    refused(path, "too large: 3 records")
+    assert_refused(path, "too large: 3 records")
     monkeypatch.setattr(experience_file, "MAX_BYTES", 100)
-    refused(path, "larger than")
+    assert_refused(path, "larger than")
 
 
 def test_packed_archives_are_not_unpacked(tmp_path):
@@ -156,7 +156,7 @@ def test_packed_archives_are_not_unpacked(tmp_path):
         for name in old.namelist():
             new.writestr(name, old.read(name))
     path.write_bytes(buffer.getvalue())
-    refused(path, "it is packed")
+    assert_refused(path, "it is packed")
 
 
 def test_no_file_is_no_library(tmp_path):

@@ -36,7 +36,7 @@ def case(request):
     return problem, arrays, states, inputs[:-1]
 
 
-def close(ours, dense):
+def assert_close(ours, dense):
     np.testing.assert_allclose(ours, dense, rtol=0.0, atol=TOLERANCE * np.abs(dense).max())
 
 
@@ -58,8 +58,8 @@ def test_dynamics_are_the_midpoint_rule(case):
         f_mid, a_mid, b_mid = (part[0] for part in model.linearize((x + 0.5 * dt * f)[None], u[None]))
         by_x, by_u = np.eye(24) + dt * a_mid @ (np.eye(24) + 0.5 * dt * a), dt * (b_mid + 0.5 * dt * a_mid @ b)
         offset, full = dense_map(blocks, k)
-        close(blocks.dynamics[k], np.hstack((by_x, by_u)) @ full)
-        close(blocks.defect[k], x + dt * f_mid - states[k + 1] + by_u @ offset[24:])
+        assert_close(blocks.dynamics[k], np.hstack((by_x, by_u)) @ full)
+        assert_close(blocks.defect[k], x + dt * f_mid - states[k + 1] + by_u @ offset[24:])
 
 
 def test_cost_is_the_projected_one(case):
@@ -75,8 +75,8 @@ def test_cost_is_the_projected_one(case):
         offset, full = dense_map(blocks, k)
         dense = full.T @ hessian @ full
         dense[np.diag_indices(36)] += ~full.any(axis=0)
-        close(unpacked(blocks.hessian[k]), dense)
-        close(blocks.gradient[k], full.T @ (linear + hessian @ offset))
+        assert_close(unpacked(blocks.hessian[k]), dense)
+        assert_close(blocks.gradient[k], full.T @ (linear + hessian @ offset))
 
 
 def test_values_without_derivatives_are_the_same(case):
