@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from quadpips_drake.cli import console
-from quadpips_drake.cli.trials import Difficulty, Robot, Sets
+from quadpips_drake.cli.trials import Difficulty, Robot, RunTerrain, Sets
 from quadpips_drake.cli.warming import compile_kernels
 
 PORT = 8421
@@ -25,10 +25,7 @@ Exit status: 0 the run is over and no page is open, or it was ended on the page;
 
 def cockpit(
     robot: Robot = None,
-    terrain: Annotated[
-        str | None,
-        typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list', or a file. Default: stepping_stones."),
-    ] = None,
+    terrain: RunTerrain = None,
     difficulty: Difficulty = None,
     planner: Annotated[str | None, typer.Option(metavar="NAME", help="Who plans. Default: quadpips.")] = None,
     walk: Annotated[bool, typer.Option("--walk", help="Nobody plans: walk by velocity, on flat ground by default.")] = False,

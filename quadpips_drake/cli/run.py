@@ -18,6 +18,7 @@ from quadpips_drake.cli.trials import (
     Pushes,
     Rerun,
     Robot,
+    RunTerrain,
     Scenario,
     Seed,
     Sets,
@@ -78,10 +79,7 @@ Out = Annotated[
 def run(
     scenario: Scenario = None,
     robot: Robot = None,
-    terrain: Annotated[
-        str | None,
-        typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list', or a file. Default: stepping_stones."),
-    ] = None,
+    terrain: RunTerrain = None,
     difficulty: Difficulty = None,
     planner: Annotated[
         str | None,

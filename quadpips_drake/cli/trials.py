@@ -20,6 +20,10 @@ Scenario = Annotated[
 Robot = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="anymal_c, go2, or a robot.yaml. Default: anymal_c.")]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Of all random numbers. Default: 0.")]
 Start = Annotated[str | None, typer.Option(metavar="X,Y,YAW", help="Start, m and rad. Default: the terrain's.")]
+RunTerrain = Annotated[
+    str | None,
+    typer.Option(metavar="NAME|FILE", help="See 'quadpips terrain list', or a file. Default: stepping_stones."),
+]
 Difficulty = Annotated[
     float | None,
     typer.Option(metavar="X", help="How hard the terrain is: the one number of it that 'quadpips terrain list' names."),
