@@ -14,7 +14,15 @@ def base_pose_above(feet, height, max_tilt):
     QuadPiPS goes along the plane's normal instead of straight up; on a slope that carries the centre of mass downhill, out
     of the middle of the support (0.10 m for ANYmal on 10 degrees).
     """
-    center = np.zeros(3)
+    center, rpy = np.empty(3), np.empty(3)
+    write_base_pose_above(feet, height, max_tilt, center, rpy)
+    return center, rpy
+
+
+@njit(cache=True)
+def write_base_pose_above(feet, height, max_tilt, center, rpy):
+    """Writes ``base_pose_above`` into ``center`` (3,) and ``rpy`` (3,), for searches, without allocating anything."""
+    center[0] = center[1] = center[2] = 0.0
     for leg in range(4):
         for i in range(3):
             center[i] += 0.25 * feet[leg, i]
@@ -44,10 +52,8 @@ def base_pose_above(feet, height, max_tilt):
     left = -slope_x * np.sin(yaw) + slope_y * np.cos(yaw)
     roll = np.arcsin(left / np.sqrt(1.0 + ahead * ahead + left * left))
     pitch = -np.arctan(ahead)
-    rpy = np.empty(3)
     rpy[0], rpy[1], rpy[2] = min(max(roll, -max_tilt), max_tilt), min(max(pitch, -max_tilt), max_tilt), yaw
     center[2] += height + lowest
-    return center, rpy
 
 
 @njit(cache=True)

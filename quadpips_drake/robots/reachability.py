@@ -76,17 +76,17 @@ def in_leg_workspace(leg, x, y, z, chains, max_extension):
     if below <= 0.0:
         return False
     below = -np.sqrt(below)
-    if not _within(np.arctan2(z, y) - np.arctan2(below, lateral), chains.lower[leg, 0], chains.upper[leg, 0]):
-        return False
 
     # In the leg's plane: two links. Directions are measured from +z towards +x, so that a rotation about y adds to them.
-    x, z = x - haa[0] - thigh[0], below - thigh[2]
-    links, reach = chains.links[leg], np.hypot(x, z)
+    x, down = x - haa[0] - thigh[0], below - thigh[2]
+    links, reach = chains.links[leg], np.hypot(x, down)
     l1, l2, zero1, zero2 = links[0], links[1], links[2], links[3]
     if reach > max_extension * (l1 + l2) or reach < abs(l1 - l2):
+        return False
+    if not _within(np.arctan2(z, y) - np.arctan2(below, lateral), chains.lower[leg, 0], chains.upper[leg, 0]):
         return False
     bend = links[4] * np.arccos((reach * reach - l1 * l1 - l2 * l2) / (2.0 * l1 * l2))
     if not _within(bend + zero1 - zero2, chains.lower[leg, 2], chains.upper[leg, 2]):
         return False
-    hip = np.arctan2(x, z) - zero1 - np.arctan2(l2 * np.sin(bend), l1 + l2 * np.cos(bend))
+    hip = np.arctan2(x, down) - zero1 - np.arctan2(l2 * np.sin(bend), l1 + l2 * np.cos(bend))
     return _within(hip, chains.lower[leg, 1], chains.upper[leg, 1])

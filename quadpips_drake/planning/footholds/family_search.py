@@ -16,8 +16,8 @@ from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_labels import FootholdLabels, cost_beyond_unseen
 from quadpips_drake.planning.footholds.lazy_swings import LazySwings
 from quadpips_drake.planning.footholds.refused_swings import are_refused
-from quadpips_drake.planning.footholds.search_node import SearchNode, SearchResult
-from quadpips_drake.planning.footholds.stance_rules import BLOCKED, REJECTIONS, stance_deviation
+from quadpips_drake.planning.footholds.search_node import SearchNode, SearchResult, Stances
+from quadpips_drake.planning.footholds.stance_rules import BLOCKED, REJECTIONS, arrivals, identities
 from quadpips_drake.planning.footholds.stance_transitions import cost_rate, distance_to_go, expand
 from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.values.legs import Leg
@@ -27,8 +27,6 @@ _STUCK_WAY = 0.3
 """How much longer the way to go is taken to be for each foot that does not get over what it stands beside [m]."""
 _NEARER = 0.02
 """A search comes nearer to its waypoint in steps of this at least [m]."""
-_CELL = 0.02
-"""Footholds of the same leg in the same cell of this size [m] count as one in the identity of a node."""
 
 
 class FamilySearch:
@@ -50,7 +48,10 @@ class FamilySearch:
         self._experience = experience
         self._swings = LazySwings(clears, gait.swing_duration)
         self._phases = [np.array(phase, dtype=np.int64) for phase in gait.phases]
-        self._standing = [[leg for leg in range(4) if config.any_order or leg not in phase] for phase in gait.phases]
+        self._standing = [
+            np.array([leg for leg in range(4) if config.any_order or leg not in phase], dtype=np.int64)
+            for phase in gait.phases
+        ]
         self._config = config
         self._model = model
         self._table, self._labels = table, labels
@@ -64,8 +65,8 @@ class FamilySearch:
         self._open: list = []
         self._best_cost: dict = {}
         self._children, self._dearer = {}, defaultdict(list)
-        self._is_clear, self._postponed = {}, set()
-        self._pushed, self._first = 0, []
+        self._is_clear, self._postponed, self._swings_of = {}, set(), {}
+        self._pushed, self._first = 0, ()
         self.nodes: list[SearchNode] = []
 
     def run(self, feet, normals, regions, hanging: tuple = ()) -> SearchResult:
@@ -75,10 +76,11 @@ class FamilySearch:
         """
         p_WB, rpy_WB = base_pose_above(feet, self._model.base_height, self._model.max_tilt)
         to_go = self._way_to_go(p_WB, rpy_WB)
-        self._first = [k for k, legs in enumerate(self._phases) if hanging and set(hanging) <= set(legs.tolist())]
+        self._first = tuple(k for k, legs in enumerate(self._phases) if hanging and set(hanging) <= set(legs.tolist()))
+        start = Stances(feet[None], normals[None], regions[None], p_WB[None], rpy_WB[None])
+        values = np.zeros(1), np.array([to_go]), np.zeros(1), np.array([-1])
         for phase in self._first_phases():
-            (family,) = self._families(phase, feet[None], regions[None])
-            self._push(SearchNode(phase, feet, normals, regions, p_WB, rpy_WB, 0.0, to_go, -1, 0, family))
+            self._push(*self._nodes(start, np.array([0]), phase, -1, 0, values))
         result, nearest, last_gain = SearchResult(), np.inf, 0
         while self._open:
             estimate, _, _, index, terminal = heapq.heappop(self._open)
@@ -88,7 +90,7 @@ class FamilySearch:
             if self._is_postponed(index, estimate, terminal) or not self._can_be_swung_to(index, result):
                 continue
             if terminal:
-                result.node, result.complete = index, self._is_at_waypoint(node)
+                result.node, result.complete = index, node.arrives
                 return result
             if result.expansions >= self._config.max_expansions:
                 bound = f"the bound of {self._config.max_expansions} expansions was reached"
@@ -132,49 +134,90 @@ class FamilySearch:
 
     def _expand(self, index: int, node: SearchNode, result: SearchResult):
         """Adds the permitted stances after one swing, the most promising ones."""
-        ways_on = (self._swings_of(phase, node, result) for phase in self._phases_from(node))
-        *parts, promise, swung = (np.concatenate(part) for part in zip(*ways_on, strict=True))
-        order = np.argsort(promise, kind="stable")
-        self._children[index] = self._as_nodes(parts, swung, order[np.isfinite(promise[order])], index)
-        self._push_children(index, self._config.max_children)
-
-    def _swings_of(self, phase: int, node: SearchNode, result: SearchResult) -> tuple:
-        """The permitted stances after a swing of the legs of one phase, what they promise, inf: nothing, and the phase."""
-        legs = self._phases[phase]
-        feet, normals, regions, p_WB, rpy, costs, ways, by_labels, refused = expand(
-            node.feet, node.normals, node.regions, legs, node.p_WB, node.rpy_WB,
+        phases = self._phases_from(node)
+        *stances, costs, ways, by_labels, swung, refused = expand(
+            node.feet, node.normals, node.regions, self._swings_in(phases), node.p_WB, node.rpy_WB,
             self._path, self._remaining, self._table, self._model, self._labels,
         )  # fmt: skip
         result.refused += refused
         result.combinations += len(costs) + int(refused.sum())
+        stances = Stances(*stances)
         bad_ground = node.bad_ground + cost_beyond_unseen(by_labels, self._labels.weight)
-        if self._experience is not None:
-            known = self._experience.costs(legs, node.feet, feet)
-            costs, bad_ground = costs + known, bad_ground + known
+        self._add_experience(node.feet, stances.feet, swung, costs, bad_ground)
         promise = costs + self._config.heuristic_inflation * self._rate * ways
-        if self._refused.swings:
-            promise[are_refused(self._refused.swings, legs, node.feet, feet)] = np.inf
-        if self._things:
-            promise[lead_over(self._things, legs, node.feet, feet)] = np.inf
-        return feet, normals, regions, p_WB, rpy, node.cost + costs, ways, bad_ground, promise, np.full(len(costs), phase)
+        self._rule_out(node.feet, stances.feet, swung, promise)
+        order = np.argsort(promise, kind="stable")
+        order = order[np.isfinite(promise[order])]
+        self._children[index] = self._as_nodes(stances, (node.cost + costs, ways, bad_ground, swung), order, index)
+        self._push_children(index, self._config.max_children)
 
-    def _as_nodes(self, parts: list, swung: np.ndarray, order: np.ndarray, parent: int):
+    def _swings_in(self, phases) -> np.ndarray:
+        """The swings of some phases as ``expand`` takes them."""
+        swings = self._swings_of.get(phases)
+        if swings is None:
+            ends = [(phase, self._phases[phase][0], self._phases[phase][-1]) for phase in phases]
+            swings = self._swings_of[phases] = np.array(ends, dtype=np.int64)
+        return swings
+
+    def _each_phase(self, swung: np.ndarray):
+        """The legs of each phase among ``swung``, and which of the transitions are theirs, a slice."""
+        starts = np.flatnonzero(np.diff(swung, prepend=-1)).tolist()
+        for start, stop in itertools.pairwise([*starts, len(swung)]):
+            yield self._phases[swung[start]], slice(start, stop)
+
+    def _add_experience(self, before: np.ndarray, feet: np.ndarray, swung: np.ndarray, costs, bad_ground):
+        """Adds to the costs of transitions what they cost by experience."""
+        if self._experience is not None:
+            for legs, part in self._each_phase(swung):
+                known = self._experience.costs(legs, before, feet[part])
+                costs[part] += known
+                bad_ground[part] += known
+
+    def _rule_out(self, before: np.ndarray, feet: np.ndarray, swung: np.ndarray, promise):
+        """Makes what transitions promise infinite if they are like refused ones or lead over what has appeared."""
+        if self._refused.swings or self._things:
+            for legs, part in self._each_phase(swung):
+                promise[part][are_refused(self._refused.swings, legs, before, feet[part])] = np.inf
+                promise[part][lead_over(self._things, legs, before, feet[part])] = np.inf
+
+    def _as_nodes(self, stances: Stances, values: tuple, order: np.ndarray, parent: int):
         """The children of ``parent`` in this order; made as they are asked for."""
-        *stances, costs, ways, bad = parts
         before = self.nodes[parent]
-        phase = 0 if self._config.any_order else (before.phase + 1) % len(self._phases)
-        for some in np.split(order, range(self._config.max_children, len(order), self._config.max_children)):
-            families = self._families(phase, stances[0][some], stances[2][some])
-            for k, family in zip(some.tolist(), families, strict=True):
-                stance = (part[k] for part in stances)
-                way = float(costs[k]), float(ways[k]), parent, before.depth + 1, family, float(bad[k]), int(swung[k])
-                yield SearchNode(phase, *stance, *way)
+        phase, depth, step = self._next_phase(before), before.depth + 1, self._config.max_children
+        for start in range(0, len(order), step):
+            yield from self._nodes(stances, order[start : start + step], phase, parent, depth, values)
+
+    def _nodes(self, stances: Stances, rows: np.ndarray, phase: int, parent: int, depth: int, values: tuple) -> list:
+        """Nodes of some of the ``stances`` before a phase; ``values`` are of all: costs, ways to go, bad ground, swung."""
+        config, (feet, _, regions, p_WB, rpy_WB) = self._config, stances
+        found = identities(rows, feet, regions, phase, self._standing[phase], self._table.radii, float(config.single_place))
+        arrive, deviations = arrivals(
+            rows, feet, p_WB, rpy_WB, self._path[-1], float(config.goal_tolerance), float(config.goal_yaw_tolerance),
+            self._model.nominal,
+        )  # fmt: skip
+        names, width = found.tobytes(), found.itemsize * found.shape[1]
+        families = (names[start : start + width] for start in range(0, len(names), width))
+        costs, ways, bad_ground, swung = (value[rows].tolist() for value in values)
+        each = zip(
+            rows.tolist(), costs, ways, families, arrive.tolist(), deviations.tolist(), bad_ground, swung, strict=True
+        )  # fmt: skip
+        return [
+            SearchNode(stances, row, phase, cost, way, parent, depth, family, there, deviation, bad, swing)
+            for row, cost, way, family, there, deviation, bad, swing in each
+        ]
+
+    def _next_phase(self, node: SearchNode) -> int:
+        """The phase of the nodes after one."""
+        return 0 if self._config.any_order else (node.phase + 1) % len(self._phases)
 
     def _push_children(self, index: int, count: int):
         """Queues the next best children of a node, but for those that are known to be out of reach."""
-        before, legs = self.nodes[index], self._phases
-        possible = (child for child in self._children[index] if self._swings.may_clear(legs[child.swung], before, child))
-        for child in itertools.islice(possible, count):
+        before, children = self.nodes[index], self._children[index]
+        blocked = self._swings.blocked_from(before)
+        if blocked:
+            legs = self._phases
+            children = (child for child in children if self._swings.may_clear(legs[child.swung], before, child, blocked))
+        for child in itertools.islice(children, count):
             self._push(child)
 
     def _is_passed_over(self, node: SearchNode) -> bool:
@@ -231,22 +274,8 @@ class FamilySearch:
         self._pushed += 1
         heapq.heappush(self._open, (estimate, -depth, self._pushed, index, terminal))
 
-    def _families(self, phase: int, feet: np.ndarray, regions: np.ndarray) -> list[tuple]:
-        """Identities of the families of stances, feet (k, 4, 3) and regions (k, 4), before a ``phase``.
-
-        The phase, and region and place of each leg that stays down in it. Regions up to ``single_place`` in size are one
-        place: on small stones centimetres make no other way, and a search that tells them apart comes to its bound before it
-        has tried the stones.
-        """
-        standing = self._standing[phase]
-        cells = np.floor(feet[:, standing] / _CELL).astype(np.int64)
-        cells[self._table.radii[regions[:, standing]] <= self._config.single_place] = 0
-        identities = np.concatenate((regions[:, standing], cells.reshape(len(feet), 3 * len(standing))), axis=1)
-        return [(phase, *identity) for identity in identities.tolist()]
-
     def _final_cost(self, node: SearchNode) -> float:
-        deviation = stance_deviation(node.feet, node.p_WB, node.rpy_WB[2], self._model.nominal, 0.0)
-        return self._config.final_stance_weight * deviation
+        return self._config.final_stance_weight * node.deviation
 
     def _may_end(self, node: SearchNode) -> bool:
         """A plan ends at the waypoint, or, if that is further than its steps lead, somewhere nearer to it."""
@@ -254,16 +283,11 @@ class FamilySearch:
             return False
         if self.progress(node) < min(self._config.min_progress, 0.5 * self.nodes[0].to_go):
             return False
-        return self._is_at_waypoint(node) or node.depth == self._config.max_steps
+        return node.arrives or node.depth == self._config.max_steps
 
     def progress(self, node: SearchNode) -> float:
         """How much nearer to the waypoint than at the start a node is, along the path [m]."""
         return self.nodes[0].to_go - node.to_go
-
-    def _is_at_waypoint(self, node: SearchNode) -> bool:
-        x, y, yaw = self._path[-1]
-        near = np.hypot(node.p_WB[0] - x, node.p_WB[1] - y) <= self._config.goal_tolerance
-        return near and abs(wrap_angle(node.rpy_WB[2] - yaw)) <= self._config.goal_yaw_tolerance
 
     def _way_to_go(self, p_WB, rpy_WB) -> float:
         x, y, yaw = p_WB[0], p_WB[1], rpy_WB[2]

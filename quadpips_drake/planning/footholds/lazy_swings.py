@@ -22,9 +22,16 @@ class LazySwings:
         self._tested: dict = {}
         self._blocked: Counter = Counter()
 
-    def may_clear(self, legs: Iterable[int], before: SearchNode, after: SearchNode) -> bool:
-        """False if one of these swings is known to be blocked."""
-        return not self._blocked or all(self._tested.get(_swing(leg, before, after), True) for leg in legs)
+    def blocked_from(self, before: SearchNode) -> set[int]:
+        """Legs that are known to have blocked swings from a stance."""
+        if not self._blocked:
+            return set()
+        feet = before.feet
+        return {leg for leg in range(4) if (leg, feet[leg].tobytes()) in self._blocked}
+
+    def may_clear(self, legs: Iterable[int], before: SearchNode, after: SearchNode, blocked: set[int]) -> bool:
+        """False if one of these swings is known to be blocked; ``blocked`` is ``blocked_from`` the stance before."""
+        return all(self._tested.get(_swing(leg, before, after), True) for leg in legs if leg in blocked)
 
     def clear(self, legs: Iterable[int], before: SearchNode, after: SearchNode) -> bool:
         """Whether all of them clear the ground."""
@@ -34,7 +41,8 @@ class LazySwings:
         """How many feet of a stance stand where several swings were found blocked."""
         if not self._blocked:
             return 0
-        return sum(self._blocked[leg, node.feet[leg].tobytes()] >= _STUCK_AFTER for leg in range(4))
+        feet = node.feet
+        return sum(self._blocked[leg, feet[leg].tobytes()] >= _STUCK_AFTER for leg in range(4))
 
     def _test(self, leg, before, after) -> bool:
         swing = _swing(leg, before, after)

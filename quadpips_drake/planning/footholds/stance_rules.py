@@ -1,4 +1,5 @@
-"""Which stances are permitted: distinct footholds, stance stability, forward facing, reach, legs apart, balance.
+"""Which stances are permitted: distinct footholds, stance stability, forward facing, reach, legs apart, balance; and which
+are of one family.
 
 The constraints of QuadPiPS section VI-C (eqs. 16-17) as numba kernels, and what they need to know of robot and settings.
 """
@@ -8,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.nominal_pose import to_frame
@@ -30,6 +32,10 @@ BLOCKED = len(REJECTIONS) - 1
 """The last one, which is looked at only when it is a stance's turn."""
 
 _USUAL = 0.9  # feet at least this fraction of their nominal distance apart: the legs do not touch
+
+
+_CELL = 0.02
+"""Footholds of the same leg in the same cell of this size [m] count as one in the identity of a node."""
 
 
 class TransitionModel(NamedTuple):
@@ -153,18 +159,21 @@ def _legs_touch(centers, model):
 
 
 @njit(cache=True)
+def too_close(a, i, b, j, model):
+    """Whether two feet, row i of ``a`` and row j of ``b``, (n, 3), are too close together: the first of REJECTIONS."""
+    return distance_between(a, i, b, j) < 2.0 * model.foot_radius + model.leg_clearance
+
+
+@njit(cache=True)
 def refusal(feet, normals, p_WB, rpy_WB, facing, waypoint_yaw, model, centers):
-    """Returns -1 for a permitted stance, else the index in REJECTIONS of the first constraint that it breaks.
+    """Returns -1 for a permitted stance, else the index in REJECTIONS of the first constraint that it breaks, feet that are
+    ``too_close`` apart.
 
     ``facing`` is the cosine between the yaw before and the waypoint's: a robot that has to turn round may face backward
     as long as it does not turn further away (the paper demands facing forward outright). ``centers`` (4, 3) is room for
     the feet in B: allocated for every stance, it would cost as much as the tests.
     """
     r = model.foot_radius
-    for i in range(4):
-        for j in range(i):
-            if distance_between(feet, i, feet, j) < 2.0 * r + model.leg_clearance:
-                return 0
     R_WB = rotation_from_rpy(rpy_WB)
     if not _is_stable(feet, p_WB, R_WB, model):
         return 1
@@ -194,12 +203,25 @@ def support_distance(feet, swinging, x, y):
     It is what makes a robot fall during a swing: an inverted pendulum of height h, at rest d beside its support, is
     d (cosh(t sqrt(g / h)) - 1) further away after the time t, that is almost 2 d after 0.4 s at h = 0.6 m.
     """
+    return distance_to_support(feet, legs_on_ground(swinging), x, y)
+
+
+@njit(cache=True)
+def legs_on_ground(swinging):
+    """Returns the legs that do not swing in clockwise order, int64 (n,)."""
     legs = np.empty(4, dtype=np.int64)
     n = 0
-    for leg in (0, 1, 3, 2):  # around the robot
+    for leg in (0, 1, 3, 2):
         if not swinging[leg]:
             legs[n] = leg
             n += 1
+    return legs[:n]
+
+
+@njit(cache=True)
+def distance_to_support(feet, legs, x, y):
+    """``support_distance`` for the ``legs_on_ground``."""
+    n = len(legs)
     nearest = np.inf
     inside = n > 2
     for i in range(n):
@@ -210,3 +232,51 @@ def support_distance(feet, swinging, x, y):
         nearest = min(nearest, np.hypot(px - t * ex, py - t * ey))
         inside = inside and ex * py - ey * px <= 0.0  # the feet are in clockwise order
     return 0.0 if inside else nearest
+
+
+@njit(cache=True, nogil=True)
+def identities(rows, feet, regions, phase, standing, radii, single_place):
+    """Returns the identities of the families of some stances before a ``phase``, int64 (m, 1 + 4 len(standing)).
+
+    The phase, and region and place of each leg that stays down in it. Regions up to ``single_place`` in size are one place:
+    on small stones centimetres make no other way, and a search that tells them apart comes to its bound before it has tried
+    the stones.
+
+    Args:
+        rows: which of the stances, int64 (m,).
+        feet, regions: of all stances, (k, 4, 3) [m] and (k, 4).
+        phase, standing: the phase and the legs that stay down, int64 (n,).
+        radii: of the regions [m].
+    """
+    n = len(standing)
+    found = np.zeros((len(rows), 1 + 4 * n), dtype=np.int64)
+    for i in range(len(rows)):
+        k = rows[i]
+        found[i, 0] = phase
+        for j in range(n):
+            region = regions[k, standing[j]]
+            found[i, 1 + j] = region
+            if radii[region] > single_place:
+                for axis in range(3):
+                    found[i, 1 + n + 3 * j + axis] = int(np.floor(feet[k, standing[j], axis] / _CELL))
+    return found
+
+
+@njit(cache=True, nogil=True)
+def arrivals(rows, feet, p_WB, rpy_WB, waypoint, tolerance, yaw_tolerance, nominal):
+    """Returns whether the base of some stances is at the waypoint (x, y, yaw), bool (m,), and how far their feet are from
+    their nominal places, see ``stance_deviation``, (m,).
+
+    Args:
+        rows: which of the stances, int64 (m,).
+        feet, p_WB, rpy_WB: of all stances, (k, 4, 3), (k, 3), (k, 3).
+        tolerance, yaw_tolerance: of the base [m] and [rad].
+        nominal: see ``TransitionModel``.
+    """
+    arrive, deviations = np.zeros(len(rows), dtype=np.bool_), np.empty(len(rows))
+    for i in range(len(rows)):
+        k = rows[i]
+        if np.hypot(p_WB[k, 0] - waypoint[0], p_WB[k, 1] - waypoint[1]) <= tolerance:
+            arrive[i] = abs(wrap_angle(rpy_WB[k, 2] - waypoint[2])) <= yaw_tolerance
+        deviations[i] = stance_deviation(feet[k], p_WB[k], rpy_WB[k, 2], nominal, 0.0)
+    return arrive, deviations

@@ -4,6 +4,8 @@ Of the constraints of QuadPiPS section VI-C these are reachability (eq. 15) and 
 with the cost of an edge; those of the stance itself are in ``stance_rules``.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -15,18 +17,35 @@ from quadpips_drake.planning.footholds.foothold_labels import foothold_units, la
 from quadpips_drake.planning.footholds.stance_rules import (
     REJECTIONS,
     distance_between,
+    distance_to_support,
+    legs_on_ground,
     refusal,
     stance_deviation,
-    support_distance,
+    too_close,
 )
-from quadpips_drake.planning.nominal_pose import base_pose_above, to_frame
+from quadpips_drake.planning.nominal_pose import to_frame, write_base_pose_above
 from quadpips_drake.planning.region_table import foothold_near
 from quadpips_drake.robots.reachability import inside_superquadric
 
-_OUT_OF_BALANCE = REJECTIONS.index("out of balance")
+_TOO_CLOSE, _OUT_OF_BALANCE = REJECTIONS.index("feet too close together"), REJECTIONS.index("out of balance")
 _SAME = 0.02  # candidates nearer to each other than this [m] are one
 # Where the swinging legs aim: fractions of the preferred stride, and of the turn that the torso path asks for.
 _AIMS = np.array([[0.0, 0.0], [0.0, 1.0], [0.5, 1.0], [1.0, 1.0], [1.5, 1.0]])
+
+
+class Transitions(NamedTuple):
+    """Room for what ``expand`` returns."""
+
+    feet: np.ndarray
+    normals: np.ndarray
+    regions: np.ndarray
+    p_WB: np.ndarray
+    rpy_WB: np.ndarray
+    costs: np.ndarray
+    ways: np.ndarray
+    by_labels: np.ndarray
+    swings: np.ndarray
+    refused: np.ndarray
 
 
 def cost_rate(config: FootholdConfig) -> float:
@@ -51,7 +70,11 @@ def distance_to_go(x, y, yaw, path, remaining, yaw_weight):
     """
     best, index = np.inf, 0
     for i in range(len(path)):
-        way = np.hypot(path[i, 0] - x, path[i, 1] - y) + yaw_weight * abs(wrap_angle(path[i, 2] - yaw)) + remaining[i]
+        way = np.hypot(path[i, 0] - x, path[i, 1] - y)
+        if way + remaining[i] >= best:  # turning only adds to it
+            continue
+        way += yaw_weight * abs(wrap_angle(path[i, 2] - yaw))
+        way += remaining[i]
         if way < best:
             best, index = way, i
     return best, index
@@ -226,63 +249,100 @@ def _units_of_standing(feet, normals, regions, swinging, model, mask):
 
 
 @njit(cache=True)
-def expand(feet, normals, regions, swing_legs, p_WB, rpy_WB, path, remaining, table, model, mask):
+def expand(feet, normals, regions, swings, p_WB, rpy_WB, path, remaining, table, model, mask):
     """Returns every permitted stance that one swing leads to.
 
     Args:
         feet, normals, regions: the present stance, (4, 3), (4, 3), (4,) indices into ``table``.
-        swing_legs: the one or two legs that swing.
+        swings: the swings to try: what they are called, and the first and the last of the one or two legs, int64 (n, 3).
         p_WB, rpy_WB: nominal base of the present stance.
         path, remaining: see ``distance_to_go``. mask: FootholdLabels.
 
     Returns:
         feet (k, 4, 3), normals (k, 4, 3), regions (k, 4), base positions (k, 3), rpy (k, 3), edge costs (k,), ways to go
-        (k,), the part of the costs due to labels (k,), and the number of refused combinations for each of REJECTIONS.
+        (k,), the part of the costs due to labels (k,), which swing (k,), swing after swing, and the number of refused
+        combinations for each of REJECTIONS.
     """
-    first, last = swing_legs[0], swing_legs[-1]
+    most = 0
+    for swing in swings:
+        most += model.candidates_per_leg * (model.candidates_per_leg if swing[1] != swing[2] else 1)
+    found = Transitions(
+        np.empty((most, 4, 3)), np.empty((most, 4, 3)), np.empty((most, 4), dtype=np.int64), np.empty((most, 3)),
+        np.empty((most, 3)), np.empty(most), np.empty(most), np.empty(most), np.empty(most, dtype=np.int64),
+        np.zeros(len(REJECTIONS), dtype=np.int64),
+    )  # fmt: skip
+    k = 0
+    for swing in swings:
+        k = _expand_one(feet, normals, regions, swing, p_WB, rpy_WB, path, remaining, table, model, mask, found, k)
+    return (
+        found.feet[:k], found.normals[:k], found.regions[:k], found.p_WB[:k], found.rpy_WB[:k], found.costs[:k],
+        found.ways[:k], found.by_labels[:k], found.swings[:k], found.refused,
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def _expand_one(feet, normals, regions, swing, p_WB, rpy_WB, path, remaining, table, model, mask, found, k):
+    """Writes what one of the ``swings`` leads to into ``found`` from row ``k`` on; returns the row after the last one."""
+    name, first, last = swing[0], swing[1], swing[2]
     swinging = np.zeros(4, dtype=np.bool_)
     swinging[first] = swinging[last] = True
     aims = step_aims(feet, swinging, rpy_WB[2], path, remaining, model)
     points_a, normals_a, regions_a, units_a, points_b, normals_b, regions_b, units_b = _all_candidates(
-        feet, normals, regions, swing_legs, aims, p_WB, rotation_from_rpy(rpy_WB), table, model, mask
+        feet, normals, regions, swing[1:], aims, p_WB, rotation_from_rpy(rpy_WB), table, model, mask
     )
-    standing = _units_of_standing(feet, normals, regions, swinging, model, mask)
-    most = len(points_a) * len(points_b)
-    out_feet, out_normals, out_regions = np.empty((most, 4, 3)), np.empty((most, 4, 3)), np.empty((most, 4), dtype=np.int64)
-    out_p, out_rpy, costs, ways = np.empty((most, 3)), np.empty((most, 3)), np.empty(most), np.empty(most)
-    by_labels, refused, centers = np.empty(most), np.zeros(len(REJECTIONS), dtype=np.int64), np.empty((4, 3))
+    standing, legs = _units_of_standing(feet, normals, regions, swinging, model, mask), legs_on_ground(swinging)
+    close_a, close_b = (
+        _too_close_to_standing(points_a, feet, legs, model),
+        _too_close_to_standing(points_b, feet, legs, model),
+    )
     waypoint_yaw = path[-1, 2]
     facing = np.cos(rpy_WB[2] - waypoint_yaw)
-    k = 0  # a refused combination leaves its place to the next one
+    # Room for one stance: allocated for each, it would cost as much as the tests.
+    new_feet, new_normals, new_p, new_rpy = feet.copy(), normals.copy(), np.empty(3), np.empty(3)
+    centers = np.empty((4, 3))
     for a in range(len(points_a)):
         for b in range(len(points_b)):
-            for leg in range(4):
-                if leg == first:
-                    point, normal, region = points_a[a], normals_a[a], regions_a[a]
-                elif leg == last:
-                    point, normal, region = points_b[b], normals_b[b], regions_b[b]
-                else:
-                    point, normal, region = feet[leg], normals[leg], regions[leg]
-                out_regions[k, leg] = region
-                for i in range(3):
-                    out_feet[k, leg, i], out_normals[k, leg, i] = point[i], normal[i]
-            new_p, new_rpy = base_pose_above(out_feet[k], model.base_height, model.max_tilt)
-            why = refusal(out_feet[k], out_normals[k], new_p, new_rpy, facing, waypoint_yaw, model, centers)
+            if close_a[a] or (first != last and (close_b[b] or too_close(points_a, a, points_b, b, model))):
+                found.refused[_TOO_CLOSE] += 1
+                continue
+            for i in range(3):  # a single leg is both: the stand-in for the last is overwritten
+                new_feet[last, i], new_normals[last, i] = points_b[b, i], normals_b[b, i]
+                new_feet[first, i], new_normals[first, i] = points_a[a, i], normals_a[a, i]
+            write_base_pose_above(new_feet, model.base_height, model.max_tilt, new_p, new_rpy)
+            why = refusal(new_feet, new_normals, new_p, new_rpy, facing, waypoint_yaw, model, centers)
             if why >= 0:
-                refused[why] += 1
+                found.refused[why] += 1
                 continue
-            aside = support_distance(feet, swinging, 0.5 * (p_WB[0] + new_p[0]), 0.5 * (p_WB[1] + new_p[1]))
+            aside = distance_to_support(feet, legs, 0.5 * (p_WB[0] + new_p[0]), 0.5 * (p_WB[1] + new_p[1]))
             if aside > model.max_support_distance:
-                refused[_OUT_OF_BALANCE] += 1
+                found.refused[_OUT_OF_BALANCE] += 1
                 continue
-            store(out_p[k], new_p)
-            store(out_rpy[k], new_rpy)
-            costs[k] = edge_cost(feet, out_feet[k], swinging, p_WB, rpy_WB, new_p, new_rpy, model)
-            costs[k] += model.support_weight * aside * aside
-            by_labels[k] = label_cost(standing + units_a[a] + units_b[b], mask)
-            costs[k] += by_labels[k]
-            ways[k], _ = distance_to_go(new_p[0], new_p[1], new_rpy[2], path, remaining, model.yaw_weight)
+            for leg in range(4):
+                found.regions[k, leg] = regions[leg]
+                for i in range(3):
+                    found.feet[k, leg, i], found.normals[k, leg, i] = new_feet[leg, i], new_normals[leg, i]
+            found.regions[k, last] = regions_b[b]
+            found.regions[k, first] = regions_a[a]
+            for i in range(3):
+                found.p_WB[k, i], found.rpy_WB[k, i] = new_p[i], new_rpy[i]
+            cost = edge_cost(feet, new_feet, swinging, p_WB, rpy_WB, new_p, new_rpy, model)
+            cost += model.support_weight * aside * aside
+            found.by_labels[k] = label_cost(standing + units_a[a] + units_b[b], mask)
+            found.costs[k] = cost + found.by_labels[k]
+            found.ways[k], _ = distance_to_go(new_p[0], new_p[1], new_rpy[2], path, remaining, model.yaw_weight)
+            found.swings[k] = name
             k += 1
-    return (
-        out_feet[:k], out_normals[:k], out_regions[:k], out_p[:k], out_rpy[:k], costs[:k], ways[:k], by_labels[:k], refused,
-    )  # fmt: skip
+    return k
+
+
+@njit(cache=True)
+def _too_close_to_standing(points, feet, legs, model):
+    """Whether a foot at each of ``points`` (n, 3) is too close to one of the standing ``legs``, or these to each other."""
+    close = np.zeros(len(points), dtype=np.bool_)
+    for i in range(len(legs)):
+        for j in range(i):
+            if too_close(feet, legs[i], feet, legs[j], model):
+                close[:] = True
+        for k in range(len(points)):
+            close[k] = close[k] or too_close(points, k, feet, legs[i], model)
+    return close
