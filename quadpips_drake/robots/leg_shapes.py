@@ -13,6 +13,8 @@ from pydrake.geometry import Box, Capsule, Cylinder, Role, Sphere
 from quadpips_drake.values.legs import NUM_LEGS, Leg
 
 _LINKS = ("THIGH", "SHANK")
+_ROUNDING = 1e-9
+"""Much more than the rounding of a distance [m]."""
 
 
 class LegShapes(NamedTuple):
@@ -89,15 +91,14 @@ def place_capsules(leg, x, y, z, chains, shapes, out):
     bend = links[4] * np.arccos(min(1.0, max(-1.0, cosine)))
     q1 = np.arctan2(px, pz) - zero1 - np.arctan2(l2 * np.sin(bend), l1 + l2 * np.cos(bend))
     q2 = bend + zero1 - zero2
-    c0, s0 = np.cos(q0), np.sin(q0)
+    c0, s0, cq, sq = np.cos(q0), np.sin(q0), np.cos(q1), np.sin(q1)
+    shank_c, shank_s = np.cos(q1 + q2), np.sin(q1 + q2)
     for k in range(len(shapes.radii[leg])):
-        angle = q1 if shapes.links[leg, k] == 0 else q1 + q2
-        c, s = np.cos(angle), np.sin(angle)
+        c, s = (cq, sq) if shapes.links[leg, k] == 0 else (shank_c, shank_s)
         for end in range(2):
             ex, ey, ez = shapes.ends[leg, k, end, 0], shapes.ends[leg, k, end, 1], shapes.ends[leg, k, end, 2]
             ex, ez = c * ex + s * ez, -s * ex + c * ez
             if shapes.links[leg, k] == 1:
-                cq, sq = np.cos(q1), np.sin(q1)
                 ex, ey, ez = ex + cq * knee[0] + sq * knee[2], ey + knee[1], ez - sq * knee[0] + cq * knee[2]
             ex, ey, ez = ex + thigh[0], ey + thigh[1], ez + thigh[2]
             out[k, end, 0] = haa[0] + ex
@@ -152,3 +153,24 @@ def leg_gap(i, foot_i, j, foot_j, chains, shapes):
                 gap = segment_distance(of_i[a], of_j[b]) - shapes.radii[i, a] - shapes.radii[j, b]
                 least = min(least, gap)
     return least
+
+
+@njit(cache=True)
+def are_nearer(i, of_i, j, of_j, shapes, distance):
+    """Whether the shapes of legs ``i`` and ``j`` are nearer to each other than ``distance`` [m]: ``leg_gap`` < ``distance``,
+    for capsules that ``place_capsules`` has put into ``of_i`` and ``of_j``.
+
+    Most capsules are so far apart along one of B's axes that nothing else has to be looked at.
+    """
+    for a in range(len(of_i)):
+        for b in range(len(of_j)):
+            if shapes.radii[i, a] < 0.0 or shapes.radii[j, b] < 0.0:
+                continue
+            room = distance + shapes.radii[i, a] + shapes.radii[j, b] + _ROUNDING
+            apart = False
+            for k in range(3):
+                a0, a1, b0, b1 = of_i[a, 0, k], of_i[a, 1, k], of_j[b, 0, k], of_j[b, 1, k]
+                apart = apart or min(a0, a1) - max(b0, b1) > room or min(b0, b1) - max(a0, a1) > room
+            if not apart and segment_distance(of_i[a], of_j[b]) - shapes.radii[i, a] - shapes.radii[j, b] < distance:
+                return True
+    return False

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadpips_drake.robots.leg_shapes import leg_gap, place_capsules
+from quadpips_drake.robots.leg_shapes import are_nearer, leg_gap, place_capsules
 from quadpips_drake.robots.reachability import leg_chains
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.stance_limits import stance_limits
@@ -39,6 +39,24 @@ def test_gap_between_two_feet_side_by_side():
     assert gap <= 0.10 - 2 * robot.foot_radius + 1e-9
     feet[[0, 1], 1] = [0.02, -0.02]
     assert leg_gap(0, feet[0], 1, feet[1], leg_chains(robot), robot.leg_shapes) < 0.0
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_legs_are_nearer_than_a_distance_if_their_gap_is(name):
+    robot, rng = load_robot(name), np.random.default_rng(2)
+    chains, shapes = leg_chains(robot), robot.leg_shapes
+    placed, answers = np.empty((4, shapes.radii.shape[1], 2, 3)), []
+    for _ in range(200):
+        i, j = ((0, 1), (2, 3), (0, 2), (1, 3))[rng.integers(4)]
+        feet = robot.nominal_footholds_B.copy()
+        feet[[i, j]] = feet[[i, j]].mean(axis=0) + rng.uniform(-0.12, 0.12, (2, 3)) * [1, 1, 0.3]
+        for leg in (i, j):
+            place_capsules(leg, *feet[leg], chains, shapes, placed[leg])
+        gap = leg_gap(i, feet[i], j, feet[j], chains, shapes)
+        for distance in (0.02, 0.1, gap, np.nextafter(gap, 1.0)):
+            answers.append(are_nearer(i, placed[i], j, placed[j], shapes, distance))
+            assert answers[-1] == (gap < distance)
+    assert 200 < sum(answers) < 600
 
 
 @pytest.mark.parametrize("name", ROBOTS)

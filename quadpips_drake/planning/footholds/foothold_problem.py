@@ -7,7 +7,7 @@ import numpy as np
 from quadpips_drake.planning.experience.edge_experience import EdgeExperience
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_labels import FootholdLabels, foothold_labels
-from quadpips_drake.planning.region_table import may_carry_a_foot
+from quadpips_drake.planning.region_table import RegionTable, make_region_table, may_carry_a_foot
 from quadpips_drake.planning.start_stance import attach_feet
 from quadpips_drake.values.images import LabelImage
 from quadpips_drake.values.robot_state import RobotState
@@ -23,6 +23,8 @@ class FootholdProblem:
     normals: np.ndarray
     regions: np.ndarray
     """Indices of the start regions in ``usable``, (4,)."""
+    table: RegionTable
+    """The ``usable`` regions as kernels take them."""
     labels: FootholdLabels
     """What footholds cost by their labels."""
     experience: EdgeExperience | None = None
@@ -49,6 +51,7 @@ def pose_problem(
         feet=np.array([attachment.point for attachment in attachments]),
         normals=np.array([attachment.region.normal for attachment in attachments]),
         regions=np.array([position[id(attachment.region)] for attachment in attachments]),
+        table=make_region_table(usable),
         labels=foothold_labels(config, usable, image),
         experience=experience,
         hanging=tuple(np.flatnonzero(~state.contacts).tolist()),

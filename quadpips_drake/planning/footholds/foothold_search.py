@@ -17,7 +17,6 @@ from quadpips_drake.planning.footholds.gait_choice import gait_to_search, need_o
 from quadpips_drake.planning.footholds.local_path import local_path, prefix_lengths
 from quadpips_drake.planning.footholds.search_node import SearchResult
 from quadpips_drake.planning.footholds.stance_rules import make_transition_model
-from quadpips_drake.planning.region_table import make_region_table
 from quadpips_drake.values.images import LabelImage
 from quadpips_drake.values.plans import FootholdPlan, RefusedSwings, TorsoPath
 from quadpips_drake.values.robot_state import RobotState
@@ -52,11 +51,11 @@ def _attempt(
 ) -> _Attempt:
     """Searches for waypoints ever nearer along the torso path until one is reached."""
     path, waypoint = local_path(state, torso_path, config.local_radius)
-    gait, model, table = gait_to_search(config), make_transition_model(robot, config), make_region_table(problem.usable)
+    gait, model = gait_to_search(config), make_transition_model(robot, config)
     attempts = []
     for count in prefix_lengths(len(path), config.waypoint_retries):
         test = refused, clears, problem.experience
-        search = FamilySearch(gait, config, model, table, problem.labels, path[:count], deadline, *test)
+        search = FamilySearch(gait, config, model, problem.table, problem.labels, path[:count], deadline, *test)
         result = search.run(problem.feet, problem.normals, problem.regions, problem.hanging)
         result.complete &= count == len(path)
         attempts.append((search, result))

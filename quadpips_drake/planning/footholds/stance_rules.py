@@ -13,7 +13,7 @@ from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.nominal_pose import to_frame
-from quadpips_drake.robots.leg_shapes import LegShapes, leg_gap
+from quadpips_drake.robots.leg_shapes import LegShapes, are_nearer, place_capsules
 from quadpips_drake.robots.reachability import LegChains, in_leg_workspace, leg_chains
 from quadpips_drake.robots.stance_limits import StanceLimits, stance_limits
 from quadpips_drake.values.legs import Leg
@@ -147,13 +147,20 @@ def _legs_touch(centers, model):
 
     Pairs whose feet are about as far apart as in the nominal stance are not looked at.
     """
+    n = len(model.shapes.radii[0])
+    capsules, is_placed = np.empty((4, n, 2, 3)), np.zeros(4, dtype=np.bool_)
     for i, j in ((0, 1), (2, 3), (0, 2), (1, 3)):
         ideal = np.hypot(model.nominal[i, 0] - model.nominal[j, 0], model.nominal[i, 1] - model.nominal[j, 1])
         near = _USUAL * ideal
         dx, dy = centers[i, 0] - centers[j, 0], centers[i, 1] - centers[j, 1]
         if dx * dx + dy * dy >= near * near:
             continue
-        if leg_gap(i, centers[i], j, centers[j], model.chains, model.shapes) < model.leg_clearance:
+        for leg in (i, j):
+            if not is_placed[leg]:
+                x, y, z = centers[leg, 0], centers[leg, 1], centers[leg, 2]
+                place_capsules(leg, x, y, z, model.chains, model.shapes, capsules[leg])
+                is_placed[leg] = True
+        if are_nearer(i, capsules[i], j, capsules[j], model.shapes, model.leg_clearance):
             return True
     return False
 

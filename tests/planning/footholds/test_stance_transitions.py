@@ -20,7 +20,6 @@ from quadpips_drake.planning.footholds.stance_rules import (
 )
 from quadpips_drake.planning.footholds.stance_transitions import edge_cost, expand, leg_candidates, step_aims
 from quadpips_drake.planning.nominal_pose import base_pose_above
-from quadpips_drake.planning.region_table import make_region_table
 from quadpips_drake.robots.robot_library import load_robot
 from tests.planning import worlds
 
@@ -73,7 +72,7 @@ def plain_expansion(problem, p_WB, rpy_WB, swing, table, model):
 def test_an_expansion_finds_all_permitted_combinations(world, robot):
     robot, config = load_robot(robot), FootholdConfig(max_support_distance=0.03)
     problem = pose_problem(worlds.standing_state(robot), WORLDS[world], robot, config)
-    table, model = make_region_table(problem.usable), make_transition_model(robot, config)
+    table, model = problem.table, make_transition_model(robot, config)
     base = base_pose_above(problem.feet, model.base_height, model.max_tilt)
     stance = problem.feet, problem.normals, problem.regions
     *parts, by_labels, swings, refused = expand(*stance, SWINGS, *base, PATH, REMAINING, table, model, problem.labels)
