@@ -18,6 +18,8 @@ _FULL = 0.33
 """A view is as new as can be when so large a share of it is unseen [-]."""
 _LEAST_WAY, _LEAST_TURN = 0.20, 0.50
 """A sub-goal is further away than this [m] or turned by more [rad]."""
+_AT_START = 0.25
+"""A robot that was nowhere further away than this has not set out yet [m]."""
 _TRIALS, _RETRIAL = 3, 0.3
 """A pose is a sub-goal at most so often, and each time before makes it worse by so much [m] ..."""
 _IN_VAIN = 1.0
@@ -119,6 +121,36 @@ def _times_tried(poses, tried) -> np.ndarray:
         near = np.hypot(poses[:, 0] - x, poses[:, 1] - y) < _SAME_PLACE
         times += near & (np.abs(wrap_angle(poses[:, 2] - yaw)) < 2.0 * _SAME_YAW)
     return times
+
+
+def look_at_goal(lattice, yaw, closed, goal_xy, exploration: Exploration, support, config) -> int:
+    """Returns the pose to turn to on the spot, towards the goal; -1 if there is no need.
+
+    Before a robot leaves the place where it was given the goal it looks where it goes: a camera in front sees nothing of
+    what lies beside and behind, and once the robot stands at the edge of what is known, that is too near to be seen. There
+    is no need if the robot faces the goal within ``view_half_angle``, or if the view has little that is new (``min_novelty``).
+    Arguments and result as those of ``choose_subgoal``.
+    """
+    here = lattice.positions[0, :2]
+    to_goal = np.asarray(goal_xy) - here
+    bearing = np.arctan2(to_goal[1], to_goal[0])
+    if np.hypot(*(exploration.viewpoints[:, :2] - here).T).max(initial=0.0) > _AT_START:
+        return -1
+    if abs(wrap_angle(bearing - yaw)) < config.view_half_angle:
+        return -1
+    best = int(np.argmin(np.abs(wrap_angle(lattice.yaws - bearing))))
+    pose = np.array([*here, lattice.yaws[best]])
+    if not closed[best] or _times_tried(pose[None], exploration.tried)[0] >= _TRIALS:
+        return -1
+    return best if _views(pose, exploration, support, config) >= config.min_novelty else -1
+
+
+def _views(pose, exploration: Exploration, support, config) -> float:
+    """Returns ``_novelty`` of one pose."""
+    return _novelty(
+        pose, exploration.viewpoints, _GLANCES, support.distance, support.origin, support.resolution,
+        config.view_range, config.view_half_angle,
+    )  # fmt: skip
 
 
 def choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration: Exploration, support, config) -> int:

@@ -5,7 +5,7 @@ import numpy as np
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.region_table import may_carry_a_foot
 from quadpips_drake.planning.torso.gaps import widest_gap
-from quadpips_drake.planning.torso.subgoals import Exploration, choose_subgoal
+from quadpips_drake.planning.torso.subgoals import Exploration, choose_subgoal, look_at_goal
 from quadpips_drake.planning.torso.support_map import make_support_map, places_of_legs
 from quadpips_drake.planning.torso.torso_astar import Ground, search_lattice
 from quadpips_drake.planning.torso.torso_config import TorsoConfig
@@ -73,7 +73,9 @@ def search_torso_path(
     nodes = {"nodes": lattice.positions, "reached": closed.reshape(len(lattice.positions), -1).any(axis=1)}
     end = goal_xy if found >= 0 else None
     if end is None:
-        found = choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration, support, config)
+        found = look_at_goal(lattice, yaw, closed, goal_xy, exploration, support, config)
+        if found < 0:
+            found = choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration, support, config)
     if found < 0:
         return result(reason=_blocked(lattice, closed, goal_xy, support), **nodes)
     chain = _chain(parent, found, len(lattice.yaws))

@@ -186,3 +186,17 @@ def test_bad_settings_are_refused():
         TorsoConfig(node_spacing=0.0)
     with pytest.raises(UserInputError, match="max_edge_yaw"):
         TorsoConfig(yaw_count=6)
+
+
+@pytest.mark.parametrize(("name", "distance"), [("anymal_c", 1.5), ("go2", 1.2)])
+def test_looks_where_it_goes_before_it_sets_out(name, distance):
+    robot, config = load_robot(name), planning_config(name).torso
+    stands_on = worlds.flat_ground((-0.75, 0.7), (-0.5, 0.5))  # and the goal lies where a camera in front shows nothing
+    goal, here = np.array([0.0, distance]), np.array([0.0, 0.0, robot.nominal_base_height])
+    turn = search_torso_path(here, 0.0, stands_on, goal, robot, config)
+    assert np.hypot(*turn.poses[-1, :2]) < 0.05 and turn.poses[-1, 3] == pytest.approx(np.pi / 2, abs=0.1)
+    ahead = search_torso_path(here, 1.2, stands_on, goal, robot, config)
+    assert np.hypot(*ahead.poses[-1, :2]) > 0.2, "it faces the goal"
+    exploration = Exploration().standing_at((0.0, -0.5, np.pi / 2), goal).standing_at((0.0, 0.0, 0.0), goal)
+    on = search_torso_path(here, 0.0, stands_on, goal, robot, config, exploration=exploration)
+    assert np.hypot(*on.poses[-1, :2]) > 0.2, "it is on its way"
