@@ -48,7 +48,7 @@ def with_hidden_side(points: np.ndarray, before: GroundHeights, now: GroundHeigh
     """``points`` with those of the near side of each thing that no camera has seen.
 
     A camera in front sees nothing of the ground just before the robot. What reaches into there is seen in part, and of the
-    rest the map goes on to say what it said before. A thing is taken to be as deep, along the robot's heading, as it is wide,
+    rest the map goes on to say what it said before. A thing is taken to be as deep along the robot's heading as it is wide,
     as far as the map has not changed at all on its near side since then: where an image shows ground, its height changes.
 
     Args:
