@@ -16,6 +16,8 @@ _TOGETHER = 0.03
 """Points this near to each other are of one thing [m]."""
 _FAR = 100.0
 """Beyond all regions [m]."""
+_HIDDEN = 0.5
+"""A strip of ground goes on being part of a thing if at least this part of it was not seen since [1]."""
 SWING_ROOM = 0.12
 """The straight way of a swing keeps so far away from it [m]; feet were measured up to 10 cm beside theirs."""
 _WIDENED, _RAISED = 0.04, 0.025
@@ -40,6 +42,37 @@ def without_appeared(regions: RegionSet, points: np.ndarray, keep_off: float) ->
             if len(region.inset):
                 kept.append(region)
     return RegionSet(regions.stamp, tuple(kept))
+
+
+def with_hidden_side(points: np.ndarray, before: GroundHeights, now: GroundHeights, yaw: float) -> np.ndarray:
+    """``points`` with those of the near side of each thing that no camera has seen.
+
+    A camera in front sees nothing of the ground just before the robot. What reaches into there is seen in part, and of the
+    rest the map goes on to say what it said before. A thing is taken to be as deep along the robot's heading as it is wide,
+    as far as the map has not changed at all on its near side since then: where an image shows ground, its height changes.
+
+    Args:
+        points: on top of what has appeared, in W [m], (n, 3).
+        before, now: the map before it appeared, and when the points were seen.
+        yaw: of the robot [rad].
+    """
+    found = [points]
+    toward = -np.array([np.cos(yaw), np.sin(yaw)])  # from the thing to the robot
+    aside = np.array([-toward[1], toward[0]])
+    for thing in outlines(points, 0.0):
+        top = points[shapely.contains_xy(thing, *points[:, :2].T)]
+        near, across = top[:, :2] @ toward, top[:, :2] @ aside
+        deeper = np.ptp(across) - np.ptp(near)
+        strips = near.max() + now.cell * np.arange(1, int(deeper / now.cell) + 1)
+        for along in strips:
+            row = np.arange(across.min(), across.max() + 0.5 * now.cell, now.cell)
+            xy = along * toward + row[:, None] * aside
+            height = now.at(*xy.T)
+            hidden = np.isnan(height) | (height == before.at(*xy.T))
+            if hidden.mean() < _HIDDEN:
+                break
+            found.append(np.column_stack((xy, np.full(len(xy), top[:, 2].max())))[hidden])
+    return np.concatenate(found)
 
 
 def with_margin(heights: GroundHeights, points: np.ndarray) -> GroundHeights:

@@ -11,6 +11,7 @@ import numpy as np
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.framework.stage_config import StageConfig, stage_rate
+from quadpips_drake.planning.appeared_ground import with_hidden_side
 from quadpips_drake.supervision.ground_events import Doubts, GroundEventConfig, appeared_ground, confirmed_problem
 from quadpips_drake.supervision.plan_starts import PUBLICATION_TIME, last_stance, next_start
 from quadpips_drake.values.centroidal import CentroidalState
@@ -299,7 +300,9 @@ def _look_at_ground(monitor: Monitor, now: Situation, config: MonitorConfig) -> 
     reason = f"{problem.kind.replace('_', ' ')}: {problem.words}"
     monitor = replace(_counted(monitor, problem.kind), cut=ReferenceCut(stop.follows, stop.time), reason=reason)
     if problem.place is not None:
-        new = appeared_ground(monitor.ground_then[0], now.ground, problem.place, config.ground.height_change)
+        before = monitor.ground_then[0]
+        new = appeared_ground(before, now.ground, problem.place, config.ground.height_change)
+        new = with_hidden_side(new, before, now.ground, float(now.state.rpy_WB[2]))
         monitor = replace(monitor, appeared=np.concatenate((monitor.appeared, new)))
     asked = monitor.request
     if asked.id != monitor.followed and not monitor.last_one and asked.start.time <= stop.time:

@@ -40,6 +40,7 @@ class Eyes:
         self._centers = centers_of(self._all)[:, :2]
         self._camera, self._radius, self._half_extent = camera, radius, half_extent
         self._ahead = float(robot.camera().X_BC[0, 3])
+        self._nearest = 0.35  # both cameras look over the ground before them
         self._size = 1.0 if robot.nominal_base_height > 0.45 else 0.6
         self._known = np.zeros(len(self._all), bool)
         self._started = False
@@ -55,7 +56,7 @@ class Eyes:
             self._known |= (local[:, 0] > -0.8 * size) & (local[:, 0] < 1.2 * size) & (abs(local[:, 1]) < 0.5 * size)
         view = local - [self._ahead, 0.0]
         distance, bearing = np.hypot(*view.T), np.arctan2(view[:, 1], view[:, 0])
-        self._known |= (abs(bearing) < 0.70) & (distance > 0.35 * self._size) & (distance < 1.75)
+        self._known |= (abs(bearing) < 0.70) & (distance > self._nearest) & (distance < 1.75)
         self._known &= np.abs(offset - self._ahead * np.array([c, s])).max(axis=1) < self._half_extent * self._size
         return self._as_set(self._known)
 

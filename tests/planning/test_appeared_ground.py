@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from quadpips_drake.planning.appeared_ground import lead_over, outlines, with_margin, without_appeared
+from quadpips_drake.planning.appeared_ground import lead_over, outlines, with_hidden_side, with_margin, without_appeared
 from quadpips_drake.terrain.terrain import pose
 from quadpips_drake.values.regions import GroundHeights, PlanarRegion, RegionSet
 
@@ -87,3 +87,33 @@ def test_swings_that_lead_over_it_are_found():
     np.testing.assert_array_equal(lead_over(things, (1, 2), start, ends), [False] * 3)
     assert not lead_over(things, (3,), start, away[None]).any(), "it stands close by and may leave"
     assert not lead_over([], (0, 3), start, ends).any()
+
+
+def seen_from(first_x: float) -> tuple[GroundHeights, GroundHeights]:
+    """The map before, and after a box of 0.2 m has appeared at (1, 0) of which a robot at (0, 0) sees x >= ``first_x``."""
+    corner, noise = np.array([0.0, -1.0]), np.random.default_rng(0).normal(0.0, 0.001, (2, 200, 200)).astype(np.float32)
+    x, y = np.meshgrid(corner[0] + 0.01 * (np.arange(200) + 0.5), corner[1] + 0.01 * (np.arange(200) + 0.5), indexing="ij")
+    on_box = (np.abs(x - 1.0) < 0.1) & (np.abs(y) < 0.1)
+    after = np.where(x >= first_x, noise[1] + np.where(on_box, np.float32(0.15), np.float32(0.0)), noise[0])
+    return GroundHeights(1.0, corner, 0.01, noise[0]), GroundHeights(2.0, corner, 0.01, after)
+
+
+@pytest.mark.parametrize(("first_x", "near_side"), [(0.5, 0.9), (0.93, 0.9), (1.0, 0.9), (1.06, 0.9)])
+def test_a_box_that_is_seen_in_part_is_as_deep_as_it_is_wide(first_x, near_side):
+    before, now = seen_from(first_x)
+    seen = now.points_around(np.array([1.0, 0.0]), 0.6)
+    seen = seen[seen[:, 2] - before.at(*seen[:, :2].T) > 0.03]
+    whole = with_hidden_side(seen, before, now, 0.0)
+    assert whole[:, 0].min() == pytest.approx(near_side + 0.005, abs=0.012) and whole[:, 0].max() < 1.1
+    assert np.abs(whole[:, 1]).max() < 0.11 and (whole[:, 2] > 0.14).all()
+    np.testing.assert_array_equal(whole[: len(seen)], seen)
+
+
+def test_what_is_seen_to_end_ends_there():
+    before, now = seen_from(0.5)
+    heights = now.height.copy()
+    heights[:95] = np.float32(0.0005)  # a bar of 0.15 m depth, seen before it: ground
+    seen = box(1.0, 0.0, 0.15)
+    seen = seen[seen[:, 0] > 0.95]
+    assert len(with_hidden_side(seen, before, GroundHeights(2.0, now.corner, 0.01, heights), 0.0)) == len(seen)
+    assert len(with_hidden_side(np.zeros((0, 3)), before, now, 0.0)) == 0

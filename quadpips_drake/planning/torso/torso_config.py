@@ -56,6 +56,8 @@ class TorsoConfig(StageConfig):
     """Cost of the way to a sub-goal, as a factor on the path's; 0: the place nearest to the goal, however far about [-]."""
     view_range: float = ranged(1.7, 0.1, 50.0)
     """How far the ground counts as seen from a place where the robot stood [m]."""
+    view_near: float = ranged(0.75, 0.0, 50.0)
+    """How near before the base it begins to be seen [m]; only asked for where the robot steps back to see more."""
     view_half_angle: float = ranged(0.7, 0.05, 3.2)
     """... and how far to either side of straight ahead [rad]."""
     goal_snap: float = ranged(0.15, 0.0, 10.0)

@@ -15,6 +15,8 @@ from quadpips_drake.values.plans import TorsoPath
 from quadpips_drake.values.regions import RegionSet
 
 _NO_POSES = np.zeros((0, 4))
+_LOOK_ROUND = 4
+"""From this level of escalation on a robot whose last plan failed goes where it sees more."""
 _AT_GOAL = 0.3
 """A goal nearer than this [m] has no direction."""
 
@@ -65,20 +67,42 @@ def search_torso_path(
     offsets, neighbours = neighbours_of(lattice, config)
     if offsets[1] < 2:
         return result(reason=_not_connected(lattice))
-    start_yaw = int(np.argmin(np.abs(wrap_angle(lattice.yaws - yaw))))
-    parent, closed, cost, found = search_lattice(
-        lattice.positions, lattice.yaws, lattice.penalty, offsets, neighbours, _ground(support, robot, config), start_yaw,
-        lattice.goal, config.yaw_weight, config.max_edge_yaw, config.heading_weight, config.max_expansions,
-    )  # fmt: skip
+    search = _searcher(lattice, offsets, neighbours, support, yaw, robot, config)
+    end = None
+    found, parent, closed, cost = _way_to_see_more(search, lattice, yaw, goal_xy, exploration, support, level, config)
+    if found < 0:
+        parent, closed, cost, found = search(lattice.goal)
+        end = goal_xy if found >= 0 else None
     nodes = {"nodes": lattice.positions, "reached": closed.reshape(len(lattice.positions), -1).any(axis=1)}
-    end = goal_xy if found >= 0 else None
-    if end is None:
+    if found < 0:
         found = choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration, support, config)
     if found < 0:
         return result(reason=_blocked(lattice, closed, goal_xy, support), **nodes)
     chain = _chain(parent, found, len(lattice.yaws))
     poses = join_path(p_WB, yaw, lattice.positions, lattice.yaws, chain, end, support, robot, config)
     return result(poses, to_goal=end is not None, **nodes)
+
+
+def _searcher(lattice, offsets, neighbours, support, yaw, robot, config: TorsoConfig):
+    """Returns ``search_lattice`` as a function of the position to go to, -1: to all poses in reach."""
+    ground = _ground(support, robot, config)
+    start_yaw = int(np.argmin(np.abs(wrap_angle(lattice.yaws - yaw))))
+    return lambda goal: search_lattice(
+        lattice.positions, lattice.yaws, lattice.penalty, offsets, neighbours, ground, start_yaw,
+        goal, config.yaw_weight, config.max_edge_yaw, config.heading_weight, config.max_expansions,
+    )  # fmt: skip
+
+
+def _way_to_see_more(search, lattice, yaw, goal_xy, exploration, support, level, config: TorsoConfig):
+    """Returns the pose from which the robot sees more, -1 if it need not or cannot, and what ``search`` to all poses found.
+
+    The last thing to try before there is no plan: ground that ends too near to be seen looks like a gap.
+    """
+    if level < _LOOK_ROUND or not len(exploration.in_vain):
+        return -1, None, None, None
+    parent, closed, cost, _ = search(-1)
+    found = choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration, support, config, to_see=True)
+    return found, parent, closed, cost
 
 
 def _ground(support, robot, config: TorsoConfig) -> Ground:

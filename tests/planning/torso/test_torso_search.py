@@ -186,3 +186,39 @@ def test_bad_settings_are_refused():
         TorsoConfig(node_spacing=0.0)
     with pytest.raises(UserInputError, match="max_edge_yaw"):
         TorsoConfig(yaw_count=6)
+
+
+@pytest.mark.parametrize(("name", "distance"), [("anymal_c", 1.5), ("go2", 1.2)])
+def test_looks_where_it_goes_before_it_sets_out(name, distance):
+    robot, config = load_robot(name), planning_config(name).torso
+    stands_on = worlds.flat_ground((-0.75, 0.7), (-0.5, 0.5))  # and the goal lies where a camera in front shows nothing
+    goal, here = np.array([0.0, distance]), np.array([0.0, 0.0, robot.nominal_base_height])
+    turn = search_torso_path(here, 0.0, stands_on, goal, robot, config)
+    assert np.hypot(*turn.poses[-1, :2]) < 0.05 and turn.poses[-1, 3] == pytest.approx(np.pi / 2, abs=0.1)
+    ahead = search_torso_path(here, 1.2, stands_on, goal, robot, config)
+    assert np.hypot(*ahead.poses[-1, :2]) > 0.2, "it faces the goal"
+    exploration = Exploration().standing_at((0.0, -0.5, np.pi / 2), goal).standing_at((0.0, 0.0, 0.0), goal)
+    on = search_torso_path(here, 0.0, stands_on, goal, robot, config, exploration=exploration)
+    assert np.hypot(*on.poses[-1, :2]) > 0.2, "it is on its way"
+
+
+def test_steps_back_to_see_what_is_too_near_before_it_gives_up():
+    robot, config = load_robot("go2"), planning_config("go2").torso
+    strip = (worlds.tiles((-0.7, 0.7), (-0.5, 0.5)), worlds.tiles((-0.7, 0.7), (0.95, 1.6)))  # between them nobody looked
+    regions, goal = worlds.region_set(*strip), np.array([0.0, 1.2])
+    pose = (0.0, 0.3, np.pi / 2)
+    p_WB = np.array([*pose[:2], robot.nominal_base_height])
+    exploration = Exploration().standing_at((0.0, 0.0, 0.0), goal).standing_at(pose, goal)
+    again = search_torso_path(p_WB, pose[2], regions, goal, robot, config, exploration=exploration)
+    assert again.poses[-1, 1] > 0.5
+    tried = exploration.standing_at(pose, goal, again.poses)
+    tired = search_torso_path(p_WB, pose[2], regions, goal, robot, config, exploration=tried, level=3)
+    assert tired.poses[-1, 1] > 0.5
+    back = search_torso_path(p_WB, pose[2], regions, goal, robot, config, exploration=tried, level=4)
+    x, y, yaw = back.poses[-1, [0, 1, 3]]
+    assert not back.to_goal and y < 0.45
+    hidden = np.array([[i, 0.85] for i in (-0.5, -0.25, 0.0, 0.25, 0.5)]) - [x, y]
+    ahead, aside = hidden @ [np.cos(yaw), np.sin(yaw)], np.abs(hidden @ [-np.sin(yaw), np.cos(yaw)])
+    assert ((ahead > config.view_near) & (aside < ahead)).any()
+    first = exploration.standing_at(pose, goal)  # it has walked since
+    assert search_torso_path(p_WB, pose[2], regions, goal, robot, config, exploration=first, level=4).poses[-1, 1] > 0.5
