@@ -21,6 +21,7 @@ MOST = 12
 """So many trials can be compared."""
 TITLE = "Compared trials"
 _MOST_SETTINGS = 60
+_NO_PART = "(no such part)"
 _STYLES = ("-", "--", ":")
 
 Examined = tuple[TrialRecord, PostMortem | None]
@@ -115,19 +116,31 @@ def _overlay(records: list[TrialRecord]) -> Figure:
 def _settings(records: list[TrialRecord], head: tuple[str, ...]) -> str:
     """The table of settings in which the configurations differ."""
     known = [_flat(asdict(record.config)) if record.config is not None else {} for record in records]
-    keys = [key for key in dict.fromkeys(key for values in known for key in values) if _differs(key, known)]
-    if not keys:
-        return "<p>None.</p>"
+    # A trial that has no such part (a walk no perception, say) or no configuration any more does not differ in it.
+    keys = dict.fromkeys(key for values in known for key in values)
+    differing = [key for key in keys if len({str(values[key]) for values in known if key in values}) > 1]
     rows = (
-        (f"<code>{escape(key)}</code>", *(escape(str(values.get(key, ""))[:200]) for values in known))
-        for key in keys[:_MOST_SETTINGS]
+        (f"<code>{escape(key)}</code>", *(escape(str(values.get(key, _NO_PART))[:200]) for values in known))
+        for key in differing[:_MOST_SETTINGS]
     )
-    more = f"<p>... and {len(keys) - _MOST_SETTINGS} more.</p>" if len(keys) > _MOST_SETTINGS else ""
-    return table(head, rows, text=tuple(range(len(head)))) + more
+    more = f"<p>... and {len(differing) - _MOST_SETTINGS} more.</p>" if len(differing) > _MOST_SETTINGS else ""
+    shown = table(head, rows, text=tuple(range(len(head)))) + more if differing else "<p>None.</p>"
+    return shown + _parts(records, known)
 
 
-def _differs(key: str, known: list[dict]) -> bool:
-    return any(values.get(key) != known[0].get(key) for values in known)
+def _parts(records: list[TrialRecord], known: list[dict]) -> str:
+    """Says which parts of the configuration only some of the trials have."""
+    all_keys = dict.fromkeys(key for values in known for key in values)
+    lacking: dict[str, list[str]] = {}
+    for key in all_keys:
+        part = ".".join(key.split(".")[:2])
+        without = [record.name for record, values in zip(records, known, strict=True) if values and key not in values]
+        if without:
+            lacking[part] = without
+    return "".join(
+        f"<p><code>{escape(part)}</code>: there is no such part in {escape(', '.join(without))}.</p>"
+        for part, without in lacking.items()
+    )
 
 
 def _flat(values: dict, prefix: str = "") -> dict:
