@@ -130,17 +130,19 @@ def _settings(records: list[TrialRecord], head: tuple[str, ...]) -> str:
 
 def _parts(records: list[TrialRecord], known: list[dict]) -> str:
     """Says which parts of the configuration only some of the trials have."""
-    all_keys = dict.fromkeys(key for values in known for key in values)
-    lacking: dict[str, list[str]] = {}
-    for key in all_keys:
-        part = ".".join(key.split(".")[:2])
-        without = [record.name for record, values in zip(records, known, strict=True) if values and key not in values]
-        if without:
-            lacking[part] = without
-    return "".join(
-        f"<p><code>{escape(part)}</code>: there is no such part in {escape(', '.join(without))}.</p>"
-        for part, without in lacking.items()
-    )
+    parts = dict.fromkeys(_part(key) for values in known for key in values)
+    lines = []
+    for record, values in zip(records, known, strict=True):
+        own = {_part(key) for key in values}
+        lacking = ", ".join(f"<code>{escape(part)}</code>" for part in parts if part not in own)
+        if values and lacking:
+            lines.append(f"<p>There is no such part in {escape(record.name)}: {lacking}.</p>")
+    return "".join(lines)
+
+
+def _part(key: str) -> str:
+    """The part of the configuration to which a key belongs."""
+    return ".".join(key.split(".")[:2])
 
 
 def _flat(values: dict, prefix: str = "") -> dict:
