@@ -46,7 +46,9 @@ def counted(entries: dict) -> str:
 
 def _article(cause: str) -> str:
     """A cause as it is called in a sentence."""
-    return {"camera blind": "a blind camera", "goal blocked": "a blocked goal"}.get(cause, cause)
+    named = {"camera blind": "a blind camera", "goal blocked": "a blocked goal", "step too high": "a step that is too high"}
+    counted_ones = ("push", "payload", "gap in the way", "spawned obstacle", "slip", "missed foothold", "foot astray")
+    return named.get(cause, f"a {cause}" if cause in counted_ones else cause)
 
 
 def _how(record: TrialRecord) -> str:
