@@ -11,7 +11,7 @@ from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 from quadpips_drake.configuration.schema import configuration
 from quadpips_drake.diagrams.planners import PlannerSetup, planners
 from quadpips_drake.diagrams.planning_module import PlanningConfig
-from quadpips_drake.diagrams.pushed_station import add_pushes
+from quadpips_drake.diagrams.pushed_station import add_pushes, draw_pushes
 from quadpips_drake.diagrams.region_sources import RegionSourceSetup, region_sources
 from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.diagrams.state_estimators import EstimatorSetup, add_state_estimate, check_drift, state_estimators
@@ -158,6 +158,7 @@ class QuadpipsDiagram(Diagram):
             self.pushes = add_pushes(builder, self.station, pushes)
         if meshcat is not None:
             self._add_visualizers(builder, meshcat, estimate, PlanVisualizerConfig(keep_history=not live))
+            draw_pushes(builder, self.station, pushes, meshcat, truth)
         self._export(builder, truth, estimate)
         builder.BuildInto(self)
         self.set_name("quadpips")

@@ -11,10 +11,11 @@ from quadpips_drake.control.references.scripted_command_system import ScriptedCo
 from quadpips_drake.control.references.velocity_reference import VelocityReferenceConfig
 from quadpips_drake.control.references.velocity_reference_system import VelocityReference
 from quadpips_drake.control.references.walk_command import WalkCommand
-from quadpips_drake.diagrams.pushed_station import add_pushes
+from quadpips_drake.diagrams.pushed_station import add_pushes, draw_pushes
 from quadpips_drake.diagrams.simulation_station import SimulationStation, StationConfig
 from quadpips_drake.diagrams.state_estimators import EstimatorSetup, add_state_estimate, check_drift, state_estimators
 from quadpips_drake.diagrams.tracking_module import TrackingConfig, TrackingModule
+from quadpips_drake.errors import UserInputError
 from quadpips_drake.estimation.pose_drift import PoseDriftConfig
 from quadpips_drake.faults.push_system import Push
 from quadpips_drake.framework.ports import DiagramBuilder, output_names
@@ -42,6 +43,8 @@ class WalkConfig:
     def __post_init__(self):
         state_estimators.get(self.state_estimator)
         check_drift(self.state_estimator, self.drift)
+        if self.tracking.mpc.ocp.sdf_clearance.enabled:
+            raise UserInputError("tracking.mpc.ocp.sdf_clearance needs the map of a run: a walk sees no ground")
 
 
 class WalkDiagram(Diagram):
@@ -124,7 +127,8 @@ class WalkDiagram(Diagram):
         if pushes or live:
             self.pushes = add_pushes(builder, self.station, pushes)
         if meshcat is not None:
-            self._add_visualizers(builder, meshcat, truth, pushes, follow=panel or live, keep_history=not live)
+            self._add_visualizers(builder, meshcat, truth, follow=panel or live, keep_history=not live)
+            draw_pushes(builder, self.station, pushes, meshcat, truth)
         self._export(builder, truth, state)
         builder.BuildInto(self)
         self.set_name("walk")
@@ -146,13 +150,11 @@ class WalkDiagram(Diagram):
         for name in ("velocity_command", "gait"):
             builder.Connect(self.command.GetOutputPort(name), self.reference.GetInputPort(name))
 
-    def _add_visualizers(
-        self, builder: DiagramBuilder, meshcat, truth, pushes: Sequence[Push], *, follow: bool, keep_history: bool
-    ) -> None:
+    def _add_visualizers(self, builder: DiagramBuilder, meshcat, truth, *, follow: bool, keep_history: bool) -> None:
         period = 1.0 / FRAMES_PER_SECOND
         query, params = self.station.GetOutputPort("query_object"), MeshcatVisualizerParams(publish_period=period)
         MeshcatVisualizer.AddToBuilder(builder, query, meshcat, params)
-        arrows = builder.AddSystem(WalkVisualizer(self.robot, meshcat, pushes, period=period, keep_history=keep_history))
+        arrows = builder.AddSystem(WalkVisualizer(self.robot, meshcat, period=period, keep_history=keep_history))
         builder.Connect(truth, arrows.GetInputPort("robot_state"))
         builder.Connect(self.command.GetOutputPort("velocity_command"), arrows.GetInputPort("velocity_command"))
         if follow:

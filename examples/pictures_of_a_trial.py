@@ -18,7 +18,14 @@ from quadpips_drake.cli.trials import RunProgress
 from quadpips_drake.errors import UserInputError
 from quadpips_drake.trials.observation import observe, read
 from quadpips_drake.trials.trial import Trial
-from quadpips_drake.visualization.plan_meshes import base_mesh, foothold_mesh, goal_mesh, region_mesh, start_mesh, swing_mesh
+from quadpips_drake.visualization.meshes.plan_meshes import (
+    base_mesh,
+    foothold_mesh,
+    goal_mesh,
+    region_mesh,
+    start_mesh,
+    swing_mesh,
+)
 from quadpips_drake.visualization.plots import save_plots
 from quadpips_drake.visualization.snapshot import ChaseView, SnapshotRenderer, film_strip, save_picture
 

@@ -13,7 +13,7 @@ from quadpips_drake.terrain.suites import suite_names, suite_terrains
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.values.steppability import Steppability
-from quadpips_drake.visualization.plan_meshes import goal_mesh, start_mesh
+from quadpips_drake.visualization.meshes.plan_meshes import goal_mesh, start_mesh
 from quadpips_drake.visualization.shapes import ColorMesh
 from quadpips_drake.visualization.snapshot import SnapshotRenderer, look_at
 from tests.source_tree import ROOT

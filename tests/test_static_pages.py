@@ -106,6 +106,8 @@ def test_reports_of_a_fall_and_of_two_side_by_side(tmp_path, window):
 
 def test_the_summary_of_a_bench(tmp_path, window):
     settings, rows = load_settings(BENCH), load_rows(BENCH)
+    for row in rows[:2]:
+        row |= {"success": False, "reason": "fell", "detail": "the robot lies <b>down</b>"}
     write_reports(settings, rows, tmp_path)
     shown = window(tmp_path / PAGE)
     check_still(shown)

@@ -11,8 +11,6 @@ class PerceptiveReferenceConfig(VelocityReferenceConfig):
     Numbers of OCS2's perceptive example, where it has them.
     """
 
-    latency: float = ranged(0.008, 0.0, 10.0)
-    """How much later than its inputs a result appears, in simulated time [s]; as long as it computes, regions included."""
     settled_phase: float = ranged(1.0, 0.0, 1.0)
     """Part of a swing after which its foothold is not moved any more, 0..1 [1]; here ``freeze_time`` decides."""
 

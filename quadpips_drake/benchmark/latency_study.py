@@ -27,11 +27,14 @@ CHARGED_TO = {
     "planning.torso": ("regions", "torso_search"),
     "planning.footholds": ("foothold_search",),
     "planning.swings": ("swing_optimization",),
+    "heuristic.reference": ("regions", "perceptive_reference"),
     "tracking.mpc": ("centroidal_mpc",),
     "tracking.wbc": ("whole_body_control",),
 }
 """Whose computing times (keys of timings_ms) make up the latency of a stage: what is computed when a stage reads it (the
 egocan's cap, regions) is charged to its reader. Monitors and publisher take a tenth of a millisecond, and are not late."""
+_ELSEWHERE = ("elevation", "heuristic")
+"""Sections of a region source and of planners that these runs need not have: they stay as they were measured."""
 _DIGITS = 4
 """Latencies are rounded to 0.1 ms."""
 
@@ -59,13 +62,14 @@ def preset(robot: str, results: dict) -> dict:
     """Rates and latencies of the stages out of the computing times of all runs of ``robot``, keys as below ``stages``."""
     runs = [samples for key, samples in results.items() if key.split("/")[0] == robot]
     tree = latency_layer("paper", robot).data  # for the keys, and for the rates of stages that need one to be late
-    tree["elevation"] = latency_layer(MEASURED, robot).data["elevation"]  # a region source that these runs need not have
+    for other in _ELSEWHERE:
+        tree[other] = latency_layer(MEASURED, robot).data[other]
     for path, stages in CHARGED_TO.items():
         section = tree
         for name in path.split("."):
             section = section[name]
         times = [[time for run in runs for time in run.get(stage, ())] for stage in stages]
-        if any(times) or not path.startswith("elevation."):
+        if any(times[-1:]) or path.split(".")[0] not in _ELSEWHERE:
             section["latency"] = round(float(sum(np.percentile(t, PERCENTILE) for t in times if t)), _DIGITS)
     return tree
 

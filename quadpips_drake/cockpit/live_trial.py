@@ -14,8 +14,8 @@ from quadpips_drake.trials.observation import Observation, observe, read
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.visualization.meshcat_layers import ROOT, draw_course, set_color_mesh
 from quadpips_drake.visualization.meshes.arrows import push_mesh
+from quadpips_drake.visualization.meshes.plan_meshes import goal_mesh
 from quadpips_drake.visualization.overlay.legend import LEGEND
-from quadpips_drake.visualization.plan_meshes import goal_mesh
 
 LAYERS = tuple(entry.layer for entry in LEGEND)
 """What can be shown or not, in the order of the switches."""

@@ -6,7 +6,7 @@ from pydrake.perception import BaseField, Fields, PointCloud
 
 from quadpips_drake.terrain.terrain import Terrain
 from quadpips_drake.visualization.meshes.ground_meshes import checkered_mesh, edge_mesh
-from quadpips_drake.visualization.plan_meshes import goal_mesh, start_mesh
+from quadpips_drake.visualization.meshes.plan_meshes import goal_mesh, start_mesh
 from quadpips_drake.visualization.shapes import ColorMesh, ColorPoints
 
 ROOT = "/quadpips"

@@ -16,7 +16,7 @@ from quadpips_drake.values.plans import PlanSketch
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.visualization.meshcat_layers import MeshcatLayers
-from quadpips_drake.visualization.plan_meshes import (
+from quadpips_drake.visualization.meshes.plan_meshes import (
     base_mesh,
     foothold_mesh,
     label_points,

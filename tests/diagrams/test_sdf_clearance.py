@@ -12,6 +12,7 @@ from quadpips_drake.errors import UserInputError
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.terrain.library import load_terrain
+from quadpips_drake.trials.loading import load_config, load_walk_config
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.reference import WholeBodyReference
 from quadpips_drake.values.regions import SignedDistance
@@ -37,6 +38,14 @@ def test_it_is_worked_out_and_wired_only_if_the_mpc_wants_it(enabled):
 def test_a_source_that_does_not_know_it_is_refused():
     with pytest.raises(UserInputError, match=r"sdf_clearance needs a region source.*elevation, not oracle"):
         QuadpipsDiagram(ROBOT, load_terrain("flat"), config_of("oracle", True))
+
+
+def test_no_configuration_has_it_where_it_would_do_nothing():
+    with pytest.raises(UserInputError, match="a walk sees no ground"):
+        load_walk_config(sets=("stages.tracking.mpc.ocp.sdf_clearance.enabled=true",))
+    for key in ("sdf_clearance.enabled", "max_step"):
+        with pytest.raises(UserInputError, match=r"did you mean .*stages\.tracking\.mpc\.ocp\."):
+            load_config(sets=(f"stages.planning.swings.ocp.{key}=1",))
 
 
 def ground_at(height):

@@ -1,6 +1,6 @@
 """Presets of latencies: complete, laid in at their place among the layers, scaled."""
 
-from dataclasses import is_dataclass
+from dataclasses import asdict, is_dataclass
 
 import pytest
 import yaml
@@ -36,17 +36,22 @@ def test_every_preset_sets_the_same_keys():
 @pytest.mark.parametrize("robot", ["anymal_c", "go2"])
 @pytest.mark.parametrize("preset", PRESETS)
 def test_a_preset_reaches_the_stages(preset, robot):
-    config = qp.load_config(robot=robot, terrain="flat", latency=preset)
-    assert config.latency == preset
-    for path, value in leaves(latency_layer(preset, robot).data).items():
-        assert at(config.stages, path) == value, path
-    assert qp.TrialConfig(robot=robot, latency=preset).stages == config.stages
+    reached = set()
+    for planner in ("quadpips", "s_mpc"):
+        config = qp.load_config(robot=robot, terrain="flat", planner=planner, latency=preset)
+        assert config.latency == preset
+        there = {path: v for path, v in leaves(latency_layer(preset, robot).data).items() if hasattr(config.stages, path[0])}
+        for path, value in there.items():
+            assert at(config.stages, path) == value, path
+        reached |= there.keys()
+        assert asdict(qp.TrialConfig(robot=robot, planner=planner, latency=preset).stages) == asdict(config.stages)
+    assert reached == leaves(latency_layer(preset, robot).data).keys()
 
 
 def test_zero_leaves_all_stages_as_they_are_in_code():
-    from quadpips_drake.diagrams.quadpips import QuadpipsConfig
+    from quadpips_drake.diagrams.quadpips import stages_type
 
-    config = QuadpipsConfig()
+    config = stages_type("s_mpc", "superpixels", "oracle")()
     for path, value in leaves(latency_layer("zero", "anymal_c").data).items():
         assert at(config, path) == value, path
 

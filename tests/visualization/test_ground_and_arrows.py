@@ -1,12 +1,16 @@
 """What makes ground readable, and the arrows of walks."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
+from quadpips_drake.control.references.walk_command import WalkCommand
+from quadpips_drake.diagrams.quadpips import QuadpipsConfig, QuadpipsDiagram
+from quadpips_drake.diagrams.walk import WalkDiagram
 from quadpips_drake.faults.push_system import Push
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
@@ -15,6 +19,7 @@ from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.visualization.meshcat_layers import draw_course
 from quadpips_drake.visualization.meshes.arrows import command_mesh, push_mesh
 from quadpips_drake.visualization.meshes.ground_meshes import checkered_mesh, edge_mesh
+from quadpips_drake.visualization.push_visualizer_system import PushVisualizer
 from quadpips_drake.visualization.recording import make_quiet_meshcat
 from quadpips_drake.visualization.walk_visualizer_system import WalkVisualizer
 
@@ -62,21 +67,43 @@ def test_arrows_are_as_long_as_what_they_stand_for():
 
 def test_a_walk_has_arrows_and_a_floor_but_no_goal():
     robot, meshcat = load_robot("go2"), make_quiet_meshcat()
-    system = WalkVisualizer(robot, meshcat, [Push(force=[0.0, 50.0, 0.0], time=0.2, duration=0.1)])
+    system = WalkVisualizer(robot, meshcat)
     draw_course(meshcat, load_terrain("flat"), has_goal=False)
-    there = {
-        path: meshcat.HasPath(f"/quadpips/{path}") for path in ("ground/floor", "course/start", "course/goal", "pushes/0")
-    }
-    assert there == {"ground/floor": True, "course/start": True, "course/goal": False, "pushes/0": True}
+    there = {path: meshcat.HasPath(f"/quadpips/{path}") for path in ("ground/floor", "course/start", "course/goal")}
+    assert there == {"ground/floor": True, "course/start": True, "course/goal": False}
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
     system.GetInputPort("robot_state").FixValue(context, AbstractValue.Make(standing_state(robot)))
-    pushing = []
     for step in range(20):
         velocity = [0.3, 0.0, 0.0] if step < 10 else [0.3, 0.0, 0.004 * (step % 2)]
         system.GetInputPort("velocity_command").FixValue(context, velocity)
         simulator.AdvanceTo(0.05 * (step + 1))
-        pushing.append(bool(context.get_abstract_state(0).get_value().pushing))
     assert meshcat.HasPath("/quadpips/command/1")
     assert not meshcat.HasPath("/quadpips/command/2"), "what hardly changes is not drawn anew"
+
+
+PUSHES = [Push(force=[0.0, 50.0, 0.0], time=0.2, duration=0.1)]
+
+
+def test_a_push_is_an_arrow_while_it_acts():
+    robot = load_robot("go2")
+    arrows = PushVisualizer(robot, make_quiet_meshcat(), PUSHES)
+    simulator = Simulator(arrows)
+    context = simulator.get_mutable_context()
+    arrows.get_input_port().FixValue(context, AbstractValue.Make(standing_state(robot)))
+    pushing = []
+    for step in range(12):
+        simulator.AdvanceTo(0.05 * (step + 1))
+        pushing.append(bool(context.get_abstract_state(0).get_value().pushing))
     assert [k for k, acts in enumerate(pushing) if acts] == [4, 5, 6, 7, 8], "0.2 s to 0.45 s"
+
+
+def test_a_run_has_the_arrows_of_its_pushes_as_a_walk_has():
+    robot, terrain = load_robot("go2"), load_terrain("flat")
+    for make in (
+        partial(QuadpipsDiagram, config=QuadpipsConfig(region_source="oracle")),
+        partial(WalkDiagram, commands=[WalkCommand(0.0, "stance")]),
+    ):
+        meshcat = make_quiet_meshcat()
+        make(robot, terrain, pushes=PUSHES, meshcat=meshcat)
+        assert meshcat.HasPath("/quadpips/pushes/0")

@@ -6,7 +6,8 @@ import pytest
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.values.legs import Leg
-from quadpips_drake.visualization import plan_meshes, plots, snapshot
+from quadpips_drake.visualization import plots, snapshot
+from quadpips_drake.visualization.meshes import plan_meshes
 from tests.visualization import examples
 
 

@@ -20,10 +20,11 @@ from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.plant_builder import add_terrain_visuals
 from quadpips_drake.values.regions import RegionSet
-from quadpips_drake.visualization import plan_meshes, recording
+from quadpips_drake.visualization import recording
 from quadpips_drake.visualization.camera_follower_system import CameraFollower
 from quadpips_drake.visualization.colors import REGION_COLORS
 from quadpips_drake.visualization.meshcat_layers import draw_course
+from quadpips_drake.visualization.meshes import plan_meshes
 from quadpips_drake.visualization.overlay.story import Story
 from quadpips_drake.visualization.plan_visualizer_system import PlanVisualizer, PlanVisualizerConfig
 from quadpips_drake.visualization.shapes import ColorMesh

@@ -59,8 +59,8 @@ class SdfClearanceConfig:
 
 
 @configuration
-class OcpConfig:
-    """Settings of the optimal control problem (QuadPiPS eq. 19)."""
+class TrajectoryOcpConfig:
+    """Settings of the optimal control problem (QuadPiPS eq. 19), whoever solves it."""
 
     model: str = "centroidal"
     """Dynamics: centroidal (momentum of all links) or single_rigid_body (massless legs)."""
@@ -89,16 +89,22 @@ class OcpConfig:
     """Factor on the terminal cost from the linear-quadratic regulator [-]; 0 switches it off."""
     terminal_horizon: float = ranged(2.0, 0.05, 20.0)
     """Time over which the regulator's cost is summed up [s]."""
-    max_step: float = ranged(0.5, 1e-3, 10.0)
-    """Largest change of a pose coordinate or joint in one real-time iteration [m, rad]; larger steps are scaled down."""
     solver: str = "piqp"
     """Back-end for the quadratic programs, see quadpips_drake.solvers.registry."""
     qp_tolerance: float = ranged(1e-5, 1e-15, 1.0)
     """Tolerance on the residuals of the quadratic programs [-]."""
-    sdf_clearance: SdfClearanceConfig = field(default_factory=SdfClearanceConfig)
 
     def __post_init__(self):
         if self.model not in MODEL_KINDS:
             raise unknown_name("model", self.model, MODEL_KINDS)
         if self.swing_constraint_directions not in (1, 3):
             raise UserInputError(f"swing_constraint_directions must be 1 or 3, not {self.swing_constraint_directions}")
+
+
+@configuration
+class OcpConfig(TrajectoryOcpConfig):
+    """The same of a problem that is solved by real-time iterations, as the MPC does."""
+
+    max_step: float = ranged(0.5, 1e-3, 10.0)
+    """Largest change of a pose coordinate or joint in one real-time iteration [m, rad]; larger steps are scaled down."""
+    sdf_clearance: SdfClearanceConfig = field(default_factory=SdfClearanceConfig)

@@ -15,7 +15,7 @@ from quadpips_drake.solvers.registry import make_solver
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
 from quadpips_drake.trajectory.ocp.knot_kernels import OcpParameters, approximate_knots, make_blocks
 from quadpips_drake.trajectory.ocp.knot_values import evaluate_knots
-from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig
+from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig, SdfClearanceConfig, TrajectoryOcpConfig
 from quadpips_drake.trajectory.ocp.reduction import unpacked
 from quadpips_drake.trajectory.ocp.stage_program import StageProgram
 from quadpips_drake.trajectory.ocp.terms.terminal_cost import regulator_cost, turned_to_yaw
@@ -40,8 +40,20 @@ class OptimalControlProblem:
     The object keeps buffers, but no memory: equal arguments give equal results.
     """
 
-    def __init__(self, model: CentroidalModel, config: OcpConfig, num_knots: int, terminal_cost: np.ndarray | None = None):
-        """``terminal_cost``: of another problem with the same model and settings, which need not be worked out again."""
+    def __init__(
+        self,
+        model: CentroidalModel,
+        config: TrajectoryOcpConfig,
+        num_knots: int,
+        terminal_cost: np.ndarray | None = None,
+    ):
+        """
+        Args:
+            model: of the robot.
+            config: settings; ``iterate`` needs an OcpConfig.
+            num_knots: of every task.
+            terminal_cost: of another problem with the same model and settings, which need not be worked out again.
+        """
         self.model, self.config, self.num_knots = model, config, num_knots
         self._parameters = _parameters(model, config)
         self._program = StageProgram(num_knots)
@@ -260,7 +272,7 @@ def _parameters(model, config):
             np.tile(weights.joint_position, 4),
         )
     )
-    clearance = config.sdf_clearance
+    clearance = config.sdf_clearance if isinstance(config, OcpConfig) else SdfClearanceConfig()
     corners = trunk_corners(robot) if clearance.enabled else np.zeros((0, 3))
     barriers = (config.joint_position_barrier, config.joint_velocity_barrier, config.joint_torque_barrier)
     return OcpParameters(

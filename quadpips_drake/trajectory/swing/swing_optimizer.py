@@ -9,7 +9,7 @@ from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.framework.stage_config import StageConfig, stage_rate
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.trajectory.centroidal.centroidal_model import CentroidalModel
-from quadpips_drake.trajectory.ocp.ocp_config import OcpConfig, TrackingWeights
+from quadpips_drake.trajectory.ocp.ocp_config import TrackingWeights, TrajectoryOcpConfig
 from quadpips_drake.trajectory.ocp.optimal_control_problem import OptimalControlProblem
 from quadpips_drake.trajectory.ocp.tracking_task import Guess, joined_tasks
 from quadpips_drake.trajectory.swing.ground_profile import KnownGround
@@ -25,10 +25,10 @@ from quadpips_drake.values.regions import GroundHeights, RegionSet
 from quadpips_drake.values.swing_plan import SwingPlan, SwingReport
 
 
-def _swing_problem() -> OcpConfig:
+def _swing_problem() -> TrajectoryOcpConfig:
     """A foot keeps to its way and lands on its foothold: with the release's weight (100) a swing that joints are almost too
     slow for landed up to 12 cm beside it, and took more iterations to do so."""
-    return OcpConfig(swing_error_gain=20.0, weights=TrackingWeights(foot_position=[3000.0, 3000.0, 3000.0]))
+    return TrajectoryOcpConfig(swing_error_gain=20.0, weights=TrackingWeights(foot_position=[3000.0, 3000.0, 3000.0]))
 
 
 @configuration
@@ -38,7 +38,7 @@ class SwingOptimizerConfig(StageConfig):
     rate: float = stage_rate(50.0)
     """How often it looks for a new foothold plan [Hz]."""
 
-    ocp: OcpConfig = field(default_factory=lambda: _swing_problem())
+    ocp: TrajectoryOcpConfig = field(default_factory=lambda: _swing_problem())
     """Of the optimal control problem."""
     swing: SwingConfig = field(default_factory=SwingConfig)
     """Shape of the swings."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from quadpips_drake.trials.explaining.first_events import Event, chain_of, events_of
 from quadpips_drake.trials.explaining.last_moments import LastMoments, moments_of
+from quadpips_drake.trials.reporting.suspects import suspects_of
 from quadpips_drake.trials.reporting.trial_record import TrialRecord
 
 
@@ -34,6 +35,7 @@ class Case:
 
     def __init__(self, record: TrialRecord):
         self.record, self.log, self.result = record, record.log, record.result
+        self.suspects = suspects_of(record)
 
     @cached_property
     def moments(self) -> LastMoments | None:

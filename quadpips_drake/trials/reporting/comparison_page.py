@@ -21,6 +21,7 @@ MOST = 12
 """So many trials can be compared."""
 TITLE = "Compared trials"
 _MOST_SETTINGS = 60
+_NO_PART = "(no such part)"
 _STYLES = ("-", "--", ":")
 
 Examined = tuple[TrialRecord, PostMortem | None]
@@ -115,19 +116,33 @@ def _overlay(records: list[TrialRecord]) -> Figure:
 def _settings(records: list[TrialRecord], head: tuple[str, ...]) -> str:
     """The table of settings in which the configurations differ."""
     known = [_flat(asdict(record.config)) if record.config is not None else {} for record in records]
-    keys = [key for key in dict.fromkeys(key for values in known for key in values) if _differs(key, known)]
-    if not keys:
-        return "<p>None.</p>"
+    # A trial that has no such part (a walk no perception, say) or no configuration any more does not differ in it.
+    keys = dict.fromkeys(key for values in known for key in values)
+    differing = [key for key in keys if len({str(values[key]) for values in known if key in values}) > 1]
     rows = (
-        (f"<code>{escape(key)}</code>", *(escape(str(values.get(key, ""))[:200]) for values in known))
-        for key in keys[:_MOST_SETTINGS]
+        (f"<code>{escape(key)}</code>", *(escape(str(values.get(key, _NO_PART))[:200]) for values in known))
+        for key in differing[:_MOST_SETTINGS]
     )
-    more = f"<p>... and {len(keys) - _MOST_SETTINGS} more.</p>" if len(keys) > _MOST_SETTINGS else ""
-    return table(head, rows, text=tuple(range(len(head)))) + more
+    more = f"<p>... and {len(differing) - _MOST_SETTINGS} more.</p>" if len(differing) > _MOST_SETTINGS else ""
+    shown = table(head, rows, text=tuple(range(len(head)))) + more if differing else "<p>None.</p>"
+    return shown + _parts(records, known)
 
 
-def _differs(key: str, known: list[dict]) -> bool:
-    return any(values.get(key) != known[0].get(key) for values in known)
+def _parts(records: list[TrialRecord], known: list[dict]) -> str:
+    """Says which parts of the configuration only some of the trials have."""
+    parts = dict.fromkeys(_part(key) for values in known for key in values)
+    lines = []
+    for record, values in zip(records, known, strict=True):
+        own = {_part(key) for key in values}
+        lacking = ", ".join(f"<code>{escape(part)}</code>" for part in parts if part not in own)
+        if values and lacking:
+            lines.append(f"<p>There is no such part in {escape(record.name)}: {lacking}.</p>")
+    return "".join(lines)
+
+
+def _part(key: str) -> str:
+    """The part of the configuration to which a key belongs."""
+    return ".".join(key.split(".")[:2])
 
 
 def _flat(values: dict, prefix: str = "") -> dict:

@@ -18,8 +18,7 @@ def what_was_asked(case: Case, span: float = SHOWN) -> Iterator[str]:
     if "velocity_command" in log:
         names = {gait_number(name): name for name in gait_names()}
         gait = names.get(int(log["gait"][-1]), "an unknown gait") if "gait" in log else "its gait"
-        forward, left, turn = log["velocity_command"][-1]
-        yield f"{gait} at {forward:.2f} m/s forward, {left:.2f} m/s to the left, {turn:.2f} rad/s"
+        yield f"{gait} at {velocity_in_words(log['velocity_command'][-1].tolist())}"
     if "phase" in log:
         phases = list(PlannerPhase)
         passed = [phases[int(n)] for n in log["phase"][kept] if 0 <= n < len(phases)]
@@ -63,6 +62,14 @@ def what_happened(case: Case, span: float = SHOWN) -> Iterator[str]:
     links = _links(case, kept)
     if links:
         yield f"touched something other than with a foot: {', '.join(links)}"
+
+
+def velocity_in_words(velocity) -> str:
+    """A velocity in the heading frame: forward, left [m/s], turn [rad/s]."""
+    if not (isinstance(velocity, list | tuple) and len(velocity) == 3 and all(isinstance(v, int | float) for v in velocity)):
+        return "?"
+    forward, left, turn = velocity
+    return f"{forward:.2f} m/s forward, {left:.2f} m/s to the left, {turn:.2f} rad/s"
 
 
 def _kept(case: Case, span: float) -> slice:

@@ -8,6 +8,7 @@ import numpy as np
 from quadpips_drake.html_page import page, picture, table
 from quadpips_drake.trials.explaining.end_section import end_section
 from quadpips_drake.trials.reporting.case import Case, Finding
+from quadpips_drake.trials.reporting.last_seconds import velocity_in_words
 from quadpips_drake.trials.reporting.overview_figure import overview_figure, thinned
 from quadpips_drake.trials.reporting.post_mortem import PostMortem
 from quadpips_drake.trials.reporting.trial_record import CONFIG, LOG, RESULT, TrialRecord
@@ -73,8 +74,9 @@ def _command(command) -> str:
     """A stretch of a walk in words."""
     if not isinstance(command, dict):
         return "?"
-    said = f"{command.get('gait')} at {command.get('velocity')} from t = {command.get('begin')} s to {command.get('end')} s"
-    return f"{said}; mean velocity {command['mean_velocity']}" if "mean_velocity" in command else said
+    asked, mean = (velocity_in_words(command.get(key)) for key in ("velocity", "mean_velocity"))
+    said = f"{command.get('gait')} at {asked} from t = {command.get('begin')} s to {command.get('end')} s"
+    return f"{said}; walked: {mean} in the mean" if "mean_velocity" in command else said
 
 
 def _post_mortem(case: Case, found: PostMortem) -> str:
@@ -123,8 +125,10 @@ def _pictures(case: Case, first: Finding | None) -> Iterator[str]:
     record, log = case.record, thinned(case.log)
     robot = record.robot
     yield "<h2>The whole trial</h2>"
-    if first is not None:
-        yield "<p>Red line: what came first by the post-mortem. Orange: pushes.</p>"
+    marks = ["Red line: what came first by the post-mortem."] if first is not None else []
+    marks += ["Orange: pushes."] if np.any(record.log.get("push", 0.0)) else []
+    if marks:
+        yield f"<p>{' '.join(marks)}</p>"
     yield f"<p>{picture(overview_figure(case, first), 'phases, contacts, base, loads and control over time')}</p>"
     yield f"<h2>The way</h2><p>{picture(way_figure(case, first), 'the way over the terrain from above')}</p>"
     yield "<details><summary>Feet and forces</summary>"

@@ -16,7 +16,8 @@ _ENDS = {
     "interrupted": "was interrupted",
     "error": "broke off",
 }
-_LANDING = {"landing_error_p50": "median landing error [m]", "landing_error_max": "largest [m]"}
+_LENGTHS = {"landing_error_p50": "median landing error", "landing_error_max": "largest", "deepest_m": "deepest below ground"}
+"""Entries that are lengths [m], as they are called."""
 
 
 def verdict(record: TrialRecord, found: PostMortem | None) -> str:
@@ -34,13 +35,20 @@ def verdict(record: TrialRecord, found: PostMortem | None) -> str:
 
 def counted(entries: dict) -> str:
     """What was counted, events for example, and how far feet came down beside their footholds."""
-    names = {key: _LANDING.get(key, str(key).replace("_", " ")) for key in entries}
-    return ", ".join(f"{names[key]} {value}" for key, value in entries.items() if value) or "none"
+
+    def told(key, value) -> str:
+        if key in _LENGTHS and isinstance(value, int | float):
+            return f"{_LENGTHS[key]} {1e3 * value:.1f} mm"
+        return f"{str(key).replace('_', ' ')} {value}"
+
+    return ", ".join(told(key, value) for key, value in entries.items() if value) or "none"
 
 
 def _article(cause: str) -> str:
     """A cause as it is called in a sentence."""
-    return {"camera blind": "a blind camera", "goal blocked": "a blocked goal"}.get(cause, cause)
+    named = {"camera blind": "a blind camera", "goal blocked": "a blocked goal", "step too high": "a step that is too high"}
+    counted_ones = ("push", "payload", "gap in the way", "spawned obstacle", "slip", "missed foothold", "foot astray")
+    return named.get(cause, f"a {cause}" if cause in counted_ones else cause)
 
 
 def _how(record: TrialRecord) -> str:

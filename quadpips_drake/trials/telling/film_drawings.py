@@ -9,7 +9,7 @@ from quadpips_drake.visualization.colors import BASE_REFERENCE_COLOR, LEG_COLORS
 from quadpips_drake.visualization.film.scene_meshes import SceneMeshes
 from quadpips_drake.visualization.meshes.arrows import command_mesh, push_mesh
 from quadpips_drake.visualization.meshes.ground_meshes import checkered_mesh, edge_mesh
-from quadpips_drake.visualization.plan_meshes import goal_mesh, region_mesh, start_mesh
+from quadpips_drake.visualization.meshes.plan_meshes import goal_mesh, region_mesh, start_mesh
 from quadpips_drake.visualization.shapes import ColorMesh
 
 RUN_LAYERS = ("regions", "footholds", "swings", "base_reference", "course/goal")

@@ -15,7 +15,7 @@ from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.steppability import Steppability
 from quadpips_drake.visualization.colors import BASE_REFERENCE_COLOR, LEG_COLORS, REGION_COLORS
-from quadpips_drake.visualization.plan_meshes import base_path, swing_paths
+from quadpips_drake.visualization.meshes.plan_meshes import base_path, swing_paths
 from quadpips_drake.visualization.replaying.rerun_stream import import_rerun
 
 ROBOT = "world/robot"

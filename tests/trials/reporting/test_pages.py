@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.trials.loading import load_config, load_walk_config
 from quadpips_drake.trials.record import record_trial
 from quadpips_drake.trials.reporting import report
 from quadpips_drake.trials.reporting.case import Case
@@ -114,8 +115,8 @@ def test_the_way_of_a_walk_leads_to_no_goal():
 
 
 def test_errors_of_landing_are_told_with_their_unit():
-    told = counted({"planned": 4, "missed": 0, "landing_error_p50": 0.0017, "landing_error_max": None})
-    assert told == "planned 4, median landing error [m] 0.0017"
+    told = counted({"planned": 4, "missed": 0, "landing_error_p50": 0.0017, "landing_error_max": None, "deepest_m": "?"})
+    assert told == "planned 4, median landing error 1.7 mm, deepest m ?"
     assert counted({}) == "none"
 
 
@@ -136,6 +137,20 @@ def test_a_comparison(tmp_path):
     (tmp_path / "mine.html").write_text("my notes")
     with pytest.raises(UserInputError, match="holds something else"):
         compare([(trials[0], None)], tmp_path / "mine.html")
+
+
+def test_a_comparison_tells_other_settings_from_parts_that_are_not_there(tmp_path):
+    run = record(standing_log(), "timeout", walk=False, config=load_config(seed=3))
+    walk = record(standing_log(), "upright", config=load_walk_config(seed=4))
+    text = read(
+        comparison_page([(trial, None) for trial in (run, replace(walk, folder=tmp_path / "w"))], tmp_path / "c")
+    ).text
+    lacking = {
+        name: text.partition(f"There is no such part in {name}: ")[2].partition(".\n")[0] for name in ("w", "some trial")
+    }
+    assert "stages.perception, " in lacking["w"] and "goal, " in lacking["w"] and "velocity" not in lacking["w"]
+    assert "velocity, " in lacking["some trial"]
+    assert "stages.perception." not in text and "stages.tracking.mpc.ocp.weights.base_orientation" in text and "seed" in text
 
 
 def test_a_report_that_breaks_off_does_not_break_the_trial(tmp_path, monkeypatch):

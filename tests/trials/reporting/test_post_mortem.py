@@ -5,11 +5,14 @@ import pytest
 
 from quadpips_drake.terrain.library import load_terrain
 from quadpips_drake.terrain.terrain import Box, Terrain, pose
+from quadpips_drake.trials.loading import load_config, load_walk_config
 from quadpips_drake.trials.reporting.measurements import impulses_of, lateness_of, mass_of, outages_of, sliding_of
 from quadpips_drake.trials.reporting.post_mortem import post_mortem_of, repeating
+from quadpips_drake.trials.reporting.suspects import Place, margin_of, regions_of, suspects_of
 from quadpips_drake.trials.reporting.true_way import obstacle_before
 from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.steppability import Steppability
+from tests.source_tree import ROOT
 from tests.trials.reporting.hand_made import ROBOT, falling, lifted, noting, record, sliding, standing_log, with_sight
 
 
@@ -188,6 +191,43 @@ def test_a_wall_that_appeared():
     fell = record(falling(with_sight(standing_log())), "fell", walk=False, spawned=[hit])
     assert first(fell).cause == "spawned obstacle"
     assert "never noticed, touched by LF_foot" in first(fell).text
+
+
+PLANNERS = {"quadpips": "superpixels", "s_mpc": "superpixels", "em_mpc": "elevation", "motion_models": "oracle", "": ""}
+"""And their region sources; without a planner: a walk."""
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_systems_and_keys_to_look_at_are_there(planner):
+    sets = (f"stages.region_source={PLANNERS[planner]}",)
+    config = load_config(planner=planner, sets=sets) if planner else load_walk_config()
+    made = record(standing_log(), config=config, walk=not planner, planner=planner)
+    who = vars(suspects_of(made)).values()
+    places = [place for place in who if isinstance(place, Place)] + [margin_of(made), regions_of(made)] * bool(planner)
+    page = (ROOT / "docs" / "systems.md").read_text(encoding="utf-8")
+    for place in places:
+        assert f"### {place.system.title().replace('_', '')}\n" in page, place
+        assert place.keys and all(made.setting(key) is not None for key in place.keys), place
+    assert all(made.setting(key) > 0.0 for key in who if isinstance(key, str) and key)
+
+
+def test_a_rival_is_told_where_to_look_in_its_own_words():
+    log = noting(with_sight(standing_log()), (1.2, "planner", "pausing: the plan failed"))
+    named = {}
+    for planner in ("quadpips", "s_mpc", "motion_models", "one_that_nobody_knows"):
+        log["p_WB"][:, 0] = -1.0
+        gap = first(record(log, "timeout", terrain=load_terrain("gap", 0, difficulty=0.9), walk=False, planner=planner))
+        assert gap.cause == "gap in the way"
+        fell = first(record(falling(lifted(with_sight(standing_log()), Leg.LF, 0.5, 0.9)), walk=False, planner=planner))
+        slow = first(record(with_sight(standing_log()), "timeout", walk=False, planner=planner))
+        named[planner] = {key.split(".")[1] for f in (gap, fell, slow) for key in f.keys if key.startswith("stages.")}
+        named[planner] -= {"tracking"}
+    assert named == {
+        "quadpips": {"planning"},
+        "s_mpc": {"heuristic"},
+        "motion_models": {"motion_models"},
+        "one_that_nobody_knows": set(),
+    }
 
 
 def test_a_step_too_high_for_the_robot():

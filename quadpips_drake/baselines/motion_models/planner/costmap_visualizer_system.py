@@ -16,7 +16,7 @@ from quadpips_drake.values.robot_state import RobotState
 from quadpips_drake.values.steppability import Steppability
 from quadpips_drake.visualization.colors import LEG_COLORS, REGION_COLORS
 from quadpips_drake.visualization.meshcat_layers import MeshcatLayers
-from quadpips_drake.visualization.plan_meshes import LIFT
+from quadpips_drake.visualization.meshes.plan_meshes import LIFT
 from quadpips_drake.visualization.shapes import ColorMesh, ColorPoints
 
 PERIOD = 0.02

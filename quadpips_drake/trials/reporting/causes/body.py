@@ -59,5 +59,5 @@ def too_weak(case: Case) -> Iterator[Finding]:
     """A joint at its torque limit is the first event."""
     first = case.chain[0] if case.chain and case.fell else None
     if first is not None and first.kind == "torque":
-        keys = ("velocity", "gait") if case.record.is_walk else ("stages.planning.footholds.gait",)
+        keys = case.suspects.gait.keys
         yield Finding("torque saturation", first.time, first.text, "whole_body_controller", keys, 0.45)

@@ -7,6 +7,7 @@ import numpy as np
 from quadpips_drake.terrain.truth import GroundTruth
 from quadpips_drake.trials.reporting.case import Case, Finding
 from quadpips_drake.trials.reporting.measurements import sliding_of
+from quadpips_drake.trials.reporting.suspects import Place
 from quadpips_drake.values.legs import Leg
 
 _BEFORE = 3.0
@@ -81,8 +82,9 @@ def too_high(case: Case) -> Iterator[Finding]:
         f"a step of {100 * height:.0f} cm, {share:.0%} of the {robot.nominal_base_height:.2f} m at which this robot carries "
         f"its base: {hindered[0].text}"
     )
-    keys = ("difficulty", "stages.planning.footholds.max_rise", "stages.planning.footholds.careful_rise")
-    yield Finding("step too high", hindered[0].time, text, "foothold_planner", keys, min(0.75, 0.45 + share))
+    suspect = case.suspects.step
+    weight = min(0.75, 0.45 + share)
+    yield Finding("step too high", hindered[0].time, text, suspect.system, ("difficulty", *suspect.keys), weight)
 
 
 def highest_step(terrain, place: np.ndarray) -> float:
@@ -97,17 +99,18 @@ def highest_step(terrain, place: np.ndarray) -> float:
 def obstructed(case: Case) -> Iterator[Finding]:
     """A foot met something, slipped or found no ground, and nothing else explains it."""
     first = case.chain[0] if case.chain and case.fell else None
+    who = case.suspects
     kinds = {
-        "early contact": ("foot hit something", "swing_trajectory_optimizer", "stages.tracking.wbc.early_contact_phase"),
-        "late contact": ("no ground at a foothold", "foothold_planner", "stages.planning.footholds.inward_pull"),
-        "lost contact": ("no ground under a foot", "foothold_planner", "stages.planning.footholds.inward_pull"),
-        "stuck": ("foot did not lift", "whole_body_controller", "stages.tracking.wbc"),
-        "slip": ("slip", "foothold_planner", "stages.tracking.wbc.friction"),
-        "link": ("link hit something", "foothold_planner", "stages.planning.footholds.reach_offset"),
-        "itself": ("robot hit itself", "foothold_planner", "stages.planning.footholds.reach_semi_axes"),
-        "joint stop": ("joint at its stop", "foothold_planner", "stages.planning.footholds.reach_semi_axes"),
-        "astray": ("foot astray", "whole_body_controller", "stages.tracking.wbc"),
+        "early contact": ("foot hit something", who.swing),
+        "late contact": ("no ground at a foothold", who.ground),
+        "lost contact": ("no ground under a foot", who.ground),
+        "stuck": ("foot did not lift", Place("whole_body_controller", ("stages.tracking.wbc",))),
+        "slip": ("slip", Place(who.ground.system, ("stages.tracking.wbc.friction",))),
+        "link": ("link hit something", who.reach),
+        "itself": ("robot hit itself", who.reach),
+        "joint stop": ("joint at its stop", who.reach),
+        "astray": ("foot astray", Place("whole_body_controller", ("stages.tracking.wbc",))),
     }
     if first is not None and first.kind in kinds:
-        cause, system, key = kinds[first.kind]
-        yield Finding(cause, first.time, first.text, system, (key,), 0.4)
+        cause, place = kinds[first.kind]
+        yield Finding(cause, first.time, first.text, place.system, place.keys, 0.4)

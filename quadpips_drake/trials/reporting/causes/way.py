@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from quadpips_drake.trials.reporting.case import Case, Finding
+from quadpips_drake.trials.reporting.suspects import margin_of, regions_of
 from quadpips_drake.trials.reporting.true_way import Obstacle, obstacle_before
 from quadpips_drake.values.steppability import Steppability
 
@@ -51,8 +52,8 @@ def nothing_steppable(case: Case) -> Iterator[Finding]:
     if carrying.max() > 0:
         return
     text = f"none of the {int(last.sum(axis=1).max())} regions seen in the last second may carry a foot"
-    keys = ("stages.perception.steppability", "stages.perception.regions")
-    yield Finding("no steppable ground", case.end - 1.0, text, "region_extractor", keys, 0.7)
+    suspect = regions_of(case.record)
+    yield Finding("no steppable ground", case.end - 1.0, text, suspect.system, suspect.keys, 0.7)
 
 
 def blocked(case: Case) -> Iterator[Finding]:
@@ -61,31 +62,31 @@ def blocked(case: Case) -> Iterator[Finding]:
     if obstacle is None:
         return
     where = f"at ({obstacle.place[0]:.2f}, {obstacle.place[1]:.2f})"
-    settings = "stages.planning.footholds"
+    who = case.suspects
     if obstacle.kind == "wall" and obstacle.appeared is not None:
         at = float(case.log["appeared_time"][obstacle.appeared])
         text = (
             f"what appeared at t = {at:.2f} s stands {100 * obstacle.size:.0f} cm high before the goal {where}, and no way "
             f"leads round it{_planner_says(case)}"
         )
-        yield Finding("spawned obstacle", at, text, "replan_monitor", ("spawn", f"{settings}.max_rise"), 0.95)
+        yield Finding("spawned obstacle", at, text, who.appeared.system, ("spawn", *who.step.keys[:1]), 0.95)
     elif obstacle.kind == "wall":
         text = f"a wall {100 * obstacle.size:.0f} cm high keeps the robot from the goal {where}{_planner_says(case)}"
-        yield Finding("goal blocked", _stuck_since(case), text, "torso_planner", ("goal", "terrain"), 0.9)
+        yield Finding("goal blocked", _stuck_since(case), text, who.way.system, ("goal", "terrain"), 0.9)
     elif obstacle.kind == "gap":
         text = (
-            f"a gap of {obstacle.size:.2f} m before the goal {where} is wider than the longest swing, "
-            f"{_longest_swing(case):.2f} m{_planner_says(case)}"
+            f"a gap of {obstacle.size:.2f} m before the goal {where} is wider than "
+            f"{'the longest swing' if who.longest_swing else 'a step'}, {_longest_swing(case):.2f} m{_planner_says(case)}"
         )
-        keys = ("difficulty", f"{settings}.max_swing", "goal")
-        yield Finding("gap in the way", _stuck_since(case), text, "torso_planner", keys, 0.9)
+        keys = ("difficulty", *who.gap.keys, "goal")
+        yield Finding("gap in the way", _stuck_since(case), text, who.gap.system, keys, 0.9)
     else:
         text = (
-            f"a step of {obstacle.size:.2f} m before the goal {where} is higher than the feet are allowed to rise, "
-            f"{_highest_rise(case):.2f} m{_planner_says(case)}"
+            f"a step of {obstacle.size:.2f} m before the goal {where} is higher than feet "
+            f"{'are allowed to rise' if who.highest_rise else 'can rise'}, {_highest_rise(case):.2f} m{_planner_says(case)}"
         )
-        keys = (f"{settings}.max_rise", "difficulty", "goal")
-        yield Finding("step too high", _stuck_since(case), text, "foothold_planner", keys, 0.9)
+        keys = (*who.step.keys[:1], "difficulty", "goal")
+        yield Finding("step too high", _stuck_since(case), text, who.step.system, keys, 0.9)
 
 
 def hit_what_appeared(case: Case) -> Iterator[Finding]:
@@ -101,15 +102,16 @@ def hit_what_appeared(case: Case) -> Iterator[Finding]:
         seen = f"noticed at t = {noticed:.2f} s" if isinstance(noticed, int | float) else "never noticed"
         hit = f"touched by {', '.join(touched)}" if touched else "not touched"
         text = f"{what} appeared at t = {at:.2f} s, {seen}, {hit}"
-        keys = ("spawn", "stages.planning.monitor.ground.region_sets")
-        yield Finding("spawned obstacle", float(at), text, "replan_monitor", keys, 0.88 if touched else 0.6)
+        suspect = case.suspects.appeared
+        weight = 0.88 if touched else 0.6
+        yield Finding("spawned obstacle", float(at), text, suspect.system, ("spawn", *suspect.keys), weight)
 
 
 def missed_ground(case: Case) -> Iterator[Finding]:
     """A foot went into a gap or a pit."""
     if case.result.reason == "left_terrain":
-        keys = ("stages.planning.footholds.inward_pull", "stages.perception.regions.margin")
-        yield Finding("missed foothold", case.begin, case.result.detail, "foothold_planner", keys, 0.5)
+        suspect, further = case.suspects.ground, () if case.record.is_walk else margin_of(case.record).keys
+        yield Finding("missed foothold", case.begin, case.result.detail, suspect.system, (*suspect.keys, *further), 0.5)
 
 
 def gave_up(case: Case) -> Iterator[Finding]:
@@ -118,19 +120,23 @@ def gave_up(case: Case) -> Iterator[Finding]:
     if case.result.reason == "no_plan":
         time = reasons[0][0] if reasons else case.end
         text = case.result.detail or "the planner gave up"
-        yield Finding("no plan", time, text, *_who_failed(text), 0.5)
+        yield Finding("no plan", time, text, *_who_failed(case, text), 0.5)
     elif case.result.reason == "timeout":
         rate = _progress_rate(case)
         text = f"the time was over; in its last third the robot came {rate:.2f} m nearer to the goal"
         if reasons:
             text += f"; {len(reasons)} plans failed, the last one: {reasons[-1][1]}"
-        yield Finding("too slow", case.end, text, "replan_monitor", ("duration", "stages.planning.monitor.lead_time"), 0.3)
+        suspect = case.suspects.pace
+        yield Finding("too slow", case.end, text, suspect.system, suspect.keys, 0.3)
 
 
-def _who_failed(text: str) -> tuple[str, tuple[str, ...]]:
+def _who_failed(case: Case, text: str) -> tuple[str, tuple[str, ...]]:
     """The system that a planner's words are about, and its settings."""
+    search = case.suspects.search
+    if search.system != "foothold_planner":  # only that of QuadPiPS has stages that fail each in its own words
+        return search.system, search.keys
     if re.search(r"stances refused|foothold|swings? to", text):
-        return "foothold_planner", ("stages.planning.footholds.max_expansions", "stages.planning.footholds.max_swing")
+        return search.system, search.keys
     if re.search(r"region|legs have ground|blocked|connected", text):
         return "torso_planner", ("stages.planning.torso.max_edge_length", "goal")
     return "swing_trajectory_optimizer", ("stages.planning.swings.max_iterations",)
@@ -157,11 +163,16 @@ def _obstacle(case: Case) -> Obstacle | None:
 
 
 def _longest_swing(case: Case) -> float:
-    return float(case.record.setting("stages.planning.footholds.max_swing", 0.5))
+    return _limit(case, case.suspects.longest_swing, 0.5)
 
 
 def _highest_rise(case: Case) -> float:
-    return float(case.record.setting("stages.planning.footholds.max_rise", 0.25))
+    return _limit(case, case.suspects.highest_rise, 0.25)
+
+
+def _limit(case: Case, key: str, usual: float) -> float:
+    """The value at a key [m]; ``usual`` where the planner has no such limit."""
+    return float(case.record.setting(key, usual)) if key else usual
 
 
 def _planner_says(case: Case) -> str:
