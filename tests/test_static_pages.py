@@ -147,8 +147,11 @@ def test_a_recording(trials, window, kind, layers, verdict):
     page.click("#qp-play")
     wait_for_clock("t > 0.3")
     bar = page.locator("#qp-line").bounding_box()
-    page.locator("#qp-line").click(position={"x": bar["width"] - 1, "y": 5})
-    wait_for_clock(f"t >= {DURATION - 0.02}")
+    assert bar["width"] >= 200, "a line of time to click on, in a narrow window too"
+    page.locator("#qp-line").click(position={"x": 0.75 * bar["width"], "y": 5})
+    page.wait_for_function("document.getElementById('qp-play').textContent === 'play'")
+    pixel = DURATION / bar["width"]
+    wait_for_clock(f"Math.abs(t - {0.75 * DURATION}) < {2 * pixel + 0.01}")
     page.evaluate(f"location.hash = '#t={DURATION}'")
     page.wait_for_selector("#qp-verdict", state="visible")
     assert verdict in page.locator("#qp-verdict").text_content()
