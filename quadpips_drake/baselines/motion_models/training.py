@@ -9,8 +9,14 @@ import numpy as np
 from quadpips_drake.baselines.motion_models.fitting import LINEAR_VARIANTS, fit_linear, fit_variant, left_out_residuals
 from quadpips_drake.baselines.motion_models.model_file import save_models
 from quadpips_drake.baselines.motion_models.models import MODEL_NAMES, MotionModels, models_of_both_pairs
-from quadpips_drake.baselines.motion_models.rollouts import foothold_errors, rmse_by_step
-from quadpips_drake.baselines.motion_models.scores import FORWARD, LEFT, figures, residuals_of
+from quadpips_drake.baselines.motion_models.scores import (
+    FORWARD,
+    LEFT,
+    figures,
+    foothold_errors,
+    residuals_of,
+    rmse_by_step,
+)
 from quadpips_drake.baselines.motion_models.small_network import EPOCHS, fit_network
 from quadpips_drake.baselines.motion_models.state import INPUTS, OUTPUT_SIGNS
 from quadpips_drake.baselines.motion_models.step_data import Steps, join_steps, read_manifest_of, read_steps

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.baselines.motion_models.models import MODEL_NAMES, MotionModels, ideal_coefficients
-from quadpips_drake.baselines.motion_models.rollouts import foothold_errors, rmse_by_step
 from quadpips_drake.baselines.motion_models.scores import (
     FORWARD,
     UNITS,
@@ -17,7 +16,9 @@ from quadpips_drake.baselines.motion_models.scores import (
     contradictions,
     excess_interval,
     figures,
+    foothold_errors,
     residuals_of,
+    rmse_by_step,
     rmse_interval,
 )
 from quadpips_drake.baselines.motion_models.step_data import Steps, join_steps, read_steps

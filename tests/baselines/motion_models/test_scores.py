@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quadpips_drake.baselines.motion_models.fitting import EXACT_INPUTS, fit_linear
-from quadpips_drake.baselines.motion_models.rollouts import foothold_errors, rmse_by_step
+from quadpips_drake.baselines.motion_models.scores import foothold_errors, rmse_by_step
 from quadpips_drake.baselines.motion_models.state import COMMAND, FEET_SHIFT, PAIRS, StepState
 from quadpips_drake.baselines.motion_models.step_data import join_steps, steps_of
 from tests.baselines.motion_models.synthetic import linear_walk, walk_rows
