@@ -1,4 +1,9 @@
-"""How far predictions are off, with intervals; and what of it agrees with the paper's Table I."""
+"""How far predictions are off, with intervals; and what of it agrees with the paper's Table I.
+
+Of predictions several steps ahead, each made of the one before as a search makes them, only the errors are carried along:
+positions of base and feet and the velocities are what was measured, and what the models were off so far on top. Heading and
+yaw rate are as measured.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,7 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from quadpips_drake.baselines.motion_models.models import MODEL_NAMES
-from quadpips_drake.baselines.motion_models.state import BASE_SHIFT, FEET_SHIFT, NEXT_VELOCITY
+from quadpips_drake.baselines.motion_models.state import (
+    BASE_SHIFT,
+    COMMAND,
+    FEET,
+    FEET_SHIFT,
+    NEXT_VELOCITY,
+    PAIRS,
+    PREVIOUS_COMMAND,
+    PREVIOUS_VELOCITY,
+    VELOCITY,
+    mirrored_inputs,
+    mirrored_outputs,
+)
 from quadpips_drake.baselines.motion_models.step_data import Steps
 
 FORWARD = {
@@ -23,6 +40,8 @@ RESAMPLES = 1000
 _BLOCK = 6
 """Neighbouring steps that are drawn together [1]: their errors know each other (A. C. Davison, D. V. Hinkley, Bootstrap
 Methods and their Application, 1997, section 8.2.3)."""
+HORIZON = 7
+"""Steps ahead; the longest of the paper's."""
 
 
 @dataclass(frozen=True)
@@ -116,3 +135,60 @@ def contradictions(excess: dict[str, dict[str, Interval]]) -> list[str]:
 
 def _percent(interval: Interval) -> str:
     return f"{interval.value:+.1%}, 95 % {interval.low:+.1%} to {interval.high:+.1%}"
+
+
+def foothold_errors(
+    predict: Callable[[np.ndarray], np.ndarray], steps: Steps, horizon: int = HORIZON, *, most_left: float = np.inf
+) -> np.ndarray:
+    """Predicted less real footholds of the swing feet, along x and y of the heading frame [m], (n, horizon, 2 feet, 2).
+
+    Args:
+        predict: inputs (m, INPUTS) -> outputs (m, OUTPUTS) of swing 0.
+        steps: in order; each run of ``horizon`` of them, the one right after the other, is predicted from its beginning
+            with the commands that were given.
+        horizon: [1]
+        most_left: runs with faster commands to the side than this are left out [m/s].
+    """
+    first = _beginnings(steps, horizon, most_left)
+    base, feet = np.zeros((len(first), 2)), np.zeros((len(first), 4, 2))
+    velocity, before = np.zeros((2, len(first), 2))
+    errors = np.empty((len(first), horizon, 2, 2))
+    for k in range(horizon):
+        x, swing = steps.inputs[first + k].copy(), steps.swing[first + k]
+        x[:, VELOCITY] += velocity
+        x[:, PREVIOUS_VELOCITY] += before
+        x[:, FEET] += (feet - base[:, None]).reshape(-1, 8)
+        wrong = _predicted(predict, x, swing) - steps.outputs[first + k]
+        legs = np.array(PAIRS)[swing]
+        rows = np.arange(len(first))[:, None]
+        feet[rows, legs] += wrong[:, FEET_SHIFT].reshape(-1, 2, 2)
+        base = base + wrong[:, BASE_SHIFT]
+        velocity, before = wrong[:, NEXT_VELOCITY], velocity
+        errors[:, k] = feet[rows, legs]
+    return errors
+
+
+def rmse_by_step(errors: np.ndarray) -> list[float]:
+    """Of ``foothold_errors`` along x, over both feet [m]."""
+    return [float(value) for value in np.sqrt((errors[..., 0] ** 2).mean(axis=(0, 2)))] if len(errors) else []
+
+
+def _predicted(predict, x: np.ndarray, swing: np.ndarray) -> np.ndarray:
+    """Outputs of the steps, by a model of swing 0 alone."""
+    other = (swing == 1)[:, None]
+    y = predict(np.where(other, mirrored_inputs(x), x))
+    return np.where(other, mirrored_outputs(y), y)
+
+
+def _beginnings(steps: Steps, horizon: int, most_left: float) -> np.ndarray:
+    """Indices of the steps with which a run begins: what the next inputs say of the step before is what was commanded."""
+    x, count = steps.inputs, max(len(steps) - horizon + 1, 0)
+    follows = (
+        (steps.walk[1:] == steps.walk[:-1])
+        & (steps.swing[1:] != steps.swing[:-1])
+        & (x[1:, PREVIOUS_COMMAND] == x[:-1, COMMAND]).all(axis=1)
+        & (x[1:, PREVIOUS_VELOCITY] == x[:-1, VELOCITY]).all(axis=1)
+    )
+    slow = np.abs(x[:, COMMAND.stop - 1]) <= most_left
+    runs = [i for i in range(count) if follows[i : i + horizon - 1].all() and slow[i : i + horizon].all()]
+    return np.array(runs, dtype=int)

@@ -6,10 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
-from quadpips_drake.baselines.motion_models.fitting import fit_linear, left_out_residuals
+from quadpips_drake.baselines.motion_models.fitting import LINEAR_VARIANTS, fit_linear, fit_variant, left_out_residuals
 from quadpips_drake.baselines.motion_models.model_file import save_models
 from quadpips_drake.baselines.motion_models.models import MODEL_NAMES, MotionModels, models_of_both_pairs
-from quadpips_drake.baselines.motion_models.scores import FORWARD, LEFT, figures, residuals_of
+from quadpips_drake.baselines.motion_models.scores import (
+    FORWARD,
+    LEFT,
+    figures,
+    foothold_errors,
+    residuals_of,
+    rmse_by_step,
+)
 from quadpips_drake.baselines.motion_models.small_network import EPOCHS, fit_network
 from quadpips_drake.baselines.motion_models.state import INPUTS, OUTPUT_SIGNS
 from quadpips_drake.baselines.motion_models.step_data import Steps, join_steps, read_manifest_of, read_steps
@@ -90,6 +97,7 @@ def train_models(
         "seed": seed,
         "other_walks": _rounded(residuals_of(lambda x: x @ first.T, others)),
         "one_walk_left_out": _rounded(residuals),
+        "footholds_ahead": _footholds_ahead(train, others),
         "network_parameters": network.parameters,
     }
     return TrainedModels(models, ModelVariants(linear, quadratic, network), card, curve, epochs)
@@ -123,6 +131,13 @@ def _rounded(residuals: np.ndarray) -> dict:
         axis: {name: {k: round(v, _DIGITS) for k, v in entry.items()} for name, entry in figures(residuals, columns).items()}
         for axis, columns in (("x", FORWARD), ("y", LEFT))
     }
+
+
+def _footholds_ahead(train: Steps, others: Steps) -> dict[str, list[float]]:
+    """By linear variant, fitted to ``train``: RMSE along x of footholds 1, 2 ... steps ahead on ``others`` [m]."""
+    fits = {name: fit_variant(train, name) for name in LINEAR_VARIANTS}
+    errors = {name: foothold_errors(lambda x, fit=fit: x @ fit.T, others) for name, fit in fits.items()}
+    return {name: [round(value, _DIGITS) for value in rmse_by_step(found)] for name, found in errors.items()}
 
 
 def _steps_of_all(directories: list[Path], split: str) -> Steps:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quadpips_drake.baselines.motion_models.fitting import LINEAR_VARIANTS, QuadraticModel, fit_linear, fit_quadratic
+from quadpips_drake.baselines.motion_models.fitting import LINEAR_VARIANTS, QuadraticModel, fit_quadratic, fit_variant
 from quadpips_drake.baselines.motion_models.model_file import ADVICE, MAX_BYTES, arrays_in
 from quadpips_drake.baselines.motion_models.small_network import LAYER_SHAPES, NetworkModel
 from quadpips_drake.baselines.motion_models.state import INPUTS, OUTPUTS
@@ -38,7 +38,7 @@ class ModelVariants:
 
 def linear_and_quadratic(steps: Steps) -> tuple[dict[str, np.ndarray], QuadraticModel]:
     """Fits all that has a closed form."""
-    return {name: fit_linear(steps, without) for name, without in LINEAR_VARIANTS.items()}, fit_quadratic(steps)
+    return {name: fit_variant(steps, name) for name in LINEAR_VARIANTS}, fit_quadratic(steps)
 
 
 def save_variants(directory: Path, variants: ModelVariants) -> None:

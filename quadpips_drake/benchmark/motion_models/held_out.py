@@ -16,7 +16,9 @@ from quadpips_drake.baselines.motion_models.scores import (
     contradictions,
     excess_interval,
     figures,
+    foothold_errors,
     residuals_of,
+    rmse_by_step,
     rmse_interval,
 )
 from quadpips_drake.baselines.motion_models.step_data import Steps, join_steps, read_steps
@@ -72,6 +74,9 @@ def assessment(models: MotionModels, variants: ModelVariants, steps: Steps) -> d
         "ideal": figures(residuals_of(lambda x: x @ ideal.T, steps), FORWARD),
         "rmse": rmse,
         "excess": excess,
+        "footholds_ahead": {
+            name: rmse_by_step(foothold_errors(lambda x, fit=fit: x @ fit.T, steps)) for name, fit in variants.linear.items()
+        },
         "contradictions": contradictions({name: value for name, value in excess.items() if name != FULL}),
     }
 
@@ -93,6 +98,11 @@ def tables(assessed: dict) -> str:
     for model in MODEL_NAMES:
         cells = [_cell(assessed["rmse"][name][model]) for name in names]
         lines.append(f"| {model.upper()} [{UNITS[model]}] | " + " | ".join(cells) + " |")
+    ahead = assessed["footholds_ahead"]
+    numbers = range(1, len(ahead[FULL]) + 1)
+    lines += ["", "| RMSE of footholds along x, steps ahead [m] | " + " | ".join(map(str, numbers)) + " |"]
+    lines += ["|---" * (len(numbers) + 1) + "|"]
+    lines += [f"| {name} | " + " | ".join(f"{value:.3f}" for value in values) + " |" for name, values in ahead.items()]
     lines += ["", "Against the paper's Table I:"]
     lines += [f"- {line}" for line in assessed["contradictions"]] or ["- no contradiction"]
     return "\n".join(lines)

@@ -224,6 +224,22 @@ class CommandSearch:
         forward, more = self._actions[action]
         return np.array([forward, kernels.left_command(*start.position, more, rules)]), float(clearance)
 
+    def clearance_of(
+        self, commands: np.ndarray, start: StepState, heights, turn: float, costmap: FootCostmap, goal, line: Line
+    ):
+        """Least distance to unsafe cells of the footholds that ``commands`` (n, 2) lead to [m]; 0 if one is not safe.
+
+        The other arguments are those of ``plan``.
+        """
+        node, walk, ground, rules = self._problem(start, heights, turn, costmap, goal, line)
+        least, distances = np.inf, np.zeros(2)
+        for step, (forward, left) in enumerate(commands):
+            swing, child = (start.swing + step) % 2, np.empty(kernels.NODE_SIZE)
+            kernels.predict_step(node, swing, step == 0, float(forward), float(left), walk, child)
+            kernels.land(child, swing, walk, ground, rules.max_height_change, distances)
+            node, least = child, min(least, *distances)
+        return float(least)
+
     def outcome(self, start: StepState, command: np.ndarray) -> np.ndarray:
         """What the models give out for the step that begins at ``start`` with ``command`` (3,): (OUTPUTS,)."""
         node, child = _node(start, np.zeros(4)), np.empty(kernels.NODE_SIZE)

@@ -21,7 +21,7 @@ class VelocityPlannerConfig(StageConfig):
     adaptation: AdaptationConfig = field(default_factory=AdaptationConfig)
     """Of learned models to the walk as it is."""
     goal_tolerance: float = ranged(0.10, 0.01, 1.0)
-    """The robot stops when its base is this near to the goal [m]."""
+    """The robot stops when its base is this near to the goal, or past it within ``restart_distance`` [m]."""
     restart_distance: float = ranged(0.25, 0.01, 10.0)
     """And walks again when it is this far from it afterwards [m]."""
     max_map_age: float = ranged(0.5, 0.0, 100.0)

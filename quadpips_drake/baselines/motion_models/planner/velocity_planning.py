@@ -1,9 +1,9 @@
 """Walking by a plan of velocity commands: what to command now, decided anew at each exchange of the feet.
 
 Of each plan the first command is used, as in the paper; then all is planned again. Where the search finds nothing, the rest
-of the last plan goes on; where nothing is left of it, the robot takes the footholds that are furthest from unsafe cells;
-where none is safe, it stops. Each of these is counted. Of the walk this knows nothing: it sees the robot, the map and its
-own commands.
+of the last plan goes on, while its footholds are safe from where the robot is, on the newest map; where nothing is left of
+it, the robot takes the footholds that are furthest from unsafe cells; where none is safe, it stops. Each of these is
+counted. Of the walk this knows nothing: it sees the robot, the map and its own commands.
 """
 
 from dataclasses import dataclass, field, replace
@@ -168,7 +168,7 @@ class VelocityPlanning:
         if before is not None and memory.predicted is not None and step.swing != before.swing:
             memory = self._compared(memory, before, measured_outputs(before, step))
         memory = replace(memory, watch=watch, predicted=None, distance=_distance(memory, state))
-        if memory.distance <= self._config.goal_tolerance:
+        if self._is_at_goal(memory, step):
             return self._standing(memory, PlannerPhase.GOAL_REACHED, _AT_GOAL)
         held = command_on_line(self._config.blind_speed, memory.line, step)
         if self._search is None:
@@ -179,6 +179,12 @@ class VelocityPlanning:
         if problem:
             return self._standing(memory, PlannerPhase.NO_PLAN, problem)
         return self._searched(memory, self._robot.soles_W(feet)[:, 2], held[2], ground)
+
+    def _is_at_goal(self, memory: PlanningMemory, step: StepState) -> bool:
+        """Whether to stop: near enough; or past the goal, a little aside of it, where going on leads away from it."""
+        heading = memory.line.heading
+        ahead = (memory.goal - step.position) @ [np.cos(heading), np.sin(heading)]
+        return memory.distance <= (self._config.goal_tolerance if ahead > 0.0 else self._config.restart_distance)
 
     def _compared(self, memory: PlanningMemory, before: StepState, measured: np.ndarray) -> PlanningMemory:
         """With the errors of the predictions for a step that began at ``before``, and what is learned from them."""
@@ -211,7 +217,8 @@ class VelocityPlanning:
             return self._with_command(memory, plan, 0, turn)
         if memory.failures > self._config.max_failures:
             return self._standing(memory, PlannerPhase.NO_PLAN, f"{memory.failures} searches in a row: {plan.reason}")
-        if memory.plan.found and memory.used < len(memory.plan.commands):
+        left = memory.plan.commands[memory.used :]
+        if memory.plan.found and len(left) and search.clearance_of(left, *question) > 0.0:
             rest = replace(memory.plan, id=plan.id, reason=plan.reason)
             return self._with_command(_counting(memory, PlanKind.REST), rest, memory.used, turn)
         command, clearance = search.clearest(*question)

@@ -201,3 +201,13 @@ def test_actions():
     assert CommandSearchConfig().actions()[:, 0].tolist() == [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
     assert CommandSearchConfig(max_speed=0.1, sideways=0.1).actions().tolist() == [
         [0.0, 0.0], [0.0, 0.1], [0.0, -0.1], [0.1, 0.0], [0.1, 0.1], [0.1, -0.1]]  # fmt: skip
+
+
+def test_the_clearance_of_commands_is_that_of_the_plan_they_come_from():
+    world, start = ground([(0.6, 0.7)]), standing()
+    search = CommandSearch(sluggish(), CommandSearchConfig())
+    question = start, LEVEL, 0.0, world, GOAL, LINE
+    found = search.plan(*question, stamp=0.0, id=1)
+    assert search.clearance_of(found.commands, *question) == pytest.approx(found.clearance)
+    blocked = start, LEVEL, 0.0, ground([(float(found.feet[3, :, 0].max()) - 0.05, 4.0)]), GOAL, LINE
+    assert search.clearance_of(found.commands, *blocked) == 0.0 < search.clearance_of(found.commands[:1], *blocked)

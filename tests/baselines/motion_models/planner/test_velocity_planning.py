@@ -107,7 +107,7 @@ def test_fallbacks_come_in_their_order_and_are_counted():
     toy, seen = walk_with(ideal(), config), []
     toy.walk(1.6, GOAL, kept(ground()))
     assert toy.memory.plan.kind == PlanKind.FULL
-    trench = round(float(toy.step.position[0]) + 0.48, 2)
+    trench = round(float(toy.step.position[0]) + 0.74, 2)
     toy.walk(
         4.0,
         GOAL,
@@ -124,6 +124,26 @@ def test_fallbacks_come_in_their_order_and_are_counted():
     assert toy.memory.phase == PlannerPhase.PAUSING and toy.memory.gait == "stance"
     toy.walk(3.0, GOAL, kept(ground()))
     assert toy.memory.phase in (PlannerPhase.WALKING, PlannerPhase.GOAL_REACHED), "the trench is gone"
+
+
+def test_the_rest_of_a_plan_that_has_become_unsafe_is_not_walked():
+    """Where the next footholds of the plan were, there is a trench now."""
+    config = VelocityPlannerConfig(search=CommandSearchConfig(horizon=3, min_speed=0.2), max_failures=50)
+    toy = walk_with(ideal(), config)
+    toy.walk(1.6, GOAL, kept(ground()))
+    plan, used = toy.memory.plan, toy.memory.used
+    trench = round(float(plan.feet[used + 1, :, 0].max()) + 0.03, 2)
+    toy.walk(1.0, GOAL, kept(ground([(trench, 4.0)])), until=lambda memory: bool(memory.fallbacks))
+    assert dict(toy.memory.fallbacks) == {"largest_clearance": 1}
+    assert toy.memory.plan.kind == PlanKind.CLEAREST and toy.memory.plan.clearance > 0.0
+
+
+def test_past_the_goal_and_aside_of_it_the_robot_stops():
+    toy = walk_with(y=0.15)
+    toy.walk(12.0, GOAL, kept(ground()), until=lambda memory: memory.distance < 0.5)
+    toy.step = replace(toy.step, position=np.array([GOAL[0] + 0.02, 0.15]))
+    toy.walk(1.0, GOAL, kept(ground()))
+    assert toy.memory.phase == PlannerPhase.GOAL_REACHED and toy.memory.distance < 0.25
 
 
 def test_the_clearest_step_is_taken_where_nothing_is_left_of_a_plan():
