@@ -87,6 +87,14 @@ planners.add(
     summary="rival: the same on regions of an elevation map, swings clear its heights",
     wishes=_rival_wishes(clear_ground=True) | {"region_source": "elevation"},
 )
+planners.add(
+    "lf_mpc",
+    _heuristic,
+    HeuristicConfig,
+    section="heuristic",
+    summary="s_mpc with its footholds moved by a network that imitates our own foothold search",
+    wishes=_rival_wishes(learned=True),
+)
 
 
 def _motion_models(setup: PlannerSetup) -> MotionModelsModule:

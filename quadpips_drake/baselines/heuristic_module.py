@@ -22,7 +22,7 @@ class HeuristicConfig:
 
 
 class HeuristicModule(Diagram):
-    """GoalCommand -> PerceptiveReference: the rivals S-MPC and EM-MPC of QuadPiPS section VIII, with the planner's ports.
+    """GoalCommand -> PerceptiveReference: rivals of QuadPiPS section VIII, and learned footholds, with the planner's ports.
 
     .. pydrake_system::
 

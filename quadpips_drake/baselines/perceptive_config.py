@@ -47,3 +47,10 @@ class PerceptiveReferenceConfig(VelocityReferenceConfig):
     regions elsewhere; else only over the region that they land on."""
     max_apex_height: float = ranged(0.16, 0.0, 5.0)
     """What is higher than this over the straight way counts as no higher [m]: twice the swing height."""
+
+    learned: bool = False
+    """Whether a network that imitates our foothold search moves each wish before it is projected."""
+    learned_model: str = ""
+    """Directory of that network, as 'quadpips learned-footholds train' writes it; empty: that of the package."""
+    max_offset: float = ranged(0.20, 0.0, 1.0)
+    """By how much the network moves a wish at most [m]."""

@@ -21,7 +21,8 @@ class PerceptiveReference(Stage):
     """Makes a rolling whole-body reference from a velocity command and a gait, with footholds on planar regions.
 
     Raibert's footholds, projected onto the best region near them; a dead zone and a filter keep them from jumping, and
-    shortly before touch-down they are frozen. Height and inclination of the base are those of the regions under its nominal
+    shortly before touch-down they are frozen. With ``config.learned`` a network that imitates the foothold search moves them
+    before they are projected. Height and inclination of the base are those of the regions under its nominal
     feet. It stands until the first regions are there.
 
     .. pydrake_system::

@@ -1,17 +1,20 @@
 """A walk by velocity command whose feet come down on planar regions: heuristic footholds, adjusted to what is seen."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
 from quadpips_drake.baselines.grown_polygon import grown_polygon
+from quadpips_drake.baselines.learned_footholds.advice import FootholdAdvice
 from quadpips_drake.baselines.perceptive_config import PerceptiveReferenceConfig
 from quadpips_drake.baselines.region_projection import bases_over_regions, best_foothold, leg_penalty
 from quadpips_drake.control.references.velocity_reference import VelocityWalk, WalkMemory, advance
 from quadpips_drake.gaits.gaits import Gait
 from quadpips_drake.math.interpolation import interpolated
 from quadpips_drake.math.rotations import rotation_from_rpy
-from quadpips_drake.planning.region_table import RegionTable, make_region_table, may_carry_a_foot
+from quadpips_drake.planning.region_table import RegionTable, make_region_table, may_carry_a_foot, outline_table
 from quadpips_drake.trajectory.swing.ground_profile import PARTS, KnownGround
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
@@ -34,6 +37,11 @@ class SteppableGround(ImmutableValue):
     """PlanarRegions."""
     table: RegionTable
     """The same, packed."""
+
+    @cached_property
+    def outlines(self) -> RegionTable:
+        """The same with their boundaries."""
+        return outline_table(self.regions)
 
     @staticmethod
     def of(source: RegionSet, max_slope: float) -> "SteppableGround":
@@ -77,6 +85,7 @@ class PerceptiveWalk:
     """Rolling reference over regions: Raibert's footholds, each projected onto the best region (see ``region_projection``).
 
     A wish for a foothold moves only if it moves far, and then not all the way; shortly before touch-down it is frozen.
+    With ``config.learned`` a network moves each wish before it is projected (see ``learned_footholds``).
     Within its region the MPC may move the foot as far as a polygon grown around the foothold reaches. The base keeps its
     height over the regions under its nominal feet, and their inclination.
     """
@@ -87,6 +96,10 @@ class PerceptiveWalk:
         self._walk = VelocityWalk(robot, self._config)
         self._legs = leg_penalty(robot, self._config.max_extension, self._config.penalty_weight)
         self._nominal = np.array(robot.nominal_footholds_B[:, :2])
+        self._advice = None
+        if self._config.learned:
+            model = Path(self._config.learned_model) if self._config.learned_model else None
+            self._advice = FootholdAdvice(robot, model, self._config.max_offset)
 
     def update(
         self,
@@ -158,16 +171,22 @@ class PerceptiveWalk:
         ahead = walk.reference.footholds
         bases = self._bases(walk, reference, state)
         known = KnownGround(ground.regions, heights) if c.clear_ground else None
-        feet = walk.touched + self._robot.foot_radius * walk.ground.normal
-        targets = []
+        feet, soles = walk.touched + self._robot.foot_radius * walk.ground.normal, walk.touched.copy()
+        targets, together = [], ()
         for blind, (_, _, wish) in zip(ahead, wishes, strict=True):
+            if blind.leg not in together or not _same(blind.touchdown_time, targets[-1].touchdown_time):
+                together = tuple(other.leg for other in ahead if _same(other.touchdown_time, blind.touchdown_time))
+                before = soles.copy()
             target = _matching(memory.reference.footholds, blind)
             if target is None or now < blind.touchdown_time - c.freeze_time:
+                if self._advice is not None:
+                    wish = self._advice.moved(wish, blind.leg, together, before, ground.outlines)
                 target = self._foothold(blind, wish, bases, ground, walk)
                 if known is not None:
                     start = feet[blind.leg]
                     target = replace(target, profile=self._profile(known, start, target.position))
             feet[blind.leg] = target.position
+            soles[blind.leg] = target.position - self._robot.foot_radius * target.normal
             targets.append(target)
         return tuple(targets)
 

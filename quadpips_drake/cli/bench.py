@@ -45,7 +45,8 @@ app = typer.Typer(
 Robots = Annotated[str | None, typer.Option(metavar="R,R", help="Which robots. Default: anymal_c.")]
 Terrains = Annotated[str | None, typer.Option(metavar="paper|all|A,B", help="Suites, names or files. Default: paper.")]
 Planners = Annotated[
-    str | None, typer.Option(metavar="P,Q", help="Who plans: quadpips, s_mpc, em_mpc, motion_models. Default: quadpips.")
+    str | None,
+    typer.Option(metavar="P,Q", help="Who plans: quadpips, s_mpc, em_mpc, lf_mpc, motion_models. Default: quadpips."),
 ]
 Regions = Annotated[str | None, typer.Option(metavar="NAME", help="Where planar regions come from. Default: superpixels.")]
 Trials = Annotated[int | None, typer.Option(min=1, metavar="N", help="Of each kind. Default: 10.")]

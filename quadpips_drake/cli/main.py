@@ -14,6 +14,7 @@ from quadpips_drake import __version__
 from quadpips_drake.cli import bench, cockpit, dataset, diagram, doctor, film, report, run, terrain, train, walk
 from quadpips_drake.cli.console import OneLineErrors
 from quadpips_drake.cli.evaluation import evaluate
+from quadpips_drake.cli.learned_footholds import learned_footholds
 from quadpips_drake.cli.motion_models import motion_models
 
 EPILOG = """
@@ -58,6 +59,7 @@ app.add_typer(evaluate.app, name="evaluate")
 app.command(epilog=dataset.EPILOG)(dataset.dataset)
 app.command(epilog=train.EPILOG)(train.train)
 app.add_typer(motion_models.app, name="motion-models")
+app.add_typer(learned_footholds.app, name="learned-footholds")
 app.command(epilog=diagram.EPILOG)(diagram.diagram)
 app.command()(doctor.doctor)
 

@@ -83,7 +83,7 @@ def run(
     difficulty: Difficulty = None,
     planner: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Who plans: quadpips, s_mpc, em_mpc or motion_models. Default: quadpips."),
+        typer.Option(metavar="NAME", help="Who plans: quadpips, s_mpc, em_mpc, lf_mpc or motion_models. Default: quadpips."),
     ] = None,
     regions: Annotated[
         str | None, typer.Option(metavar="NAME", help="Where planar regions come from. Default: superpixels.")

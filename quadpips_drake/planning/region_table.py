@@ -32,18 +32,27 @@ def may_carry_a_foot(region: PlanarRegion, max_slope: float, every_label: bool =
 
 def make_region_table(regions) -> RegionTable:
     """Packs a sequence of PlanarRegions."""
+    return _packed(regions, [region.inset for region in regions])
+
+
+def outline_table(regions) -> RegionTable:
+    """Packs a sequence of PlanarRegions with their boundaries in the place of the insets: where there is ground at all."""
+    return _packed(regions, [region.boundary for region in regions])
+
+
+def _packed(regions, polygons) -> RegionTable:
     n = len(regions)
-    m = max((len(region.inset) for region in regions), default=1)
-    insets = np.zeros((n, m, 2))
-    for k, region in enumerate(regions):
-        insets[k, : len(region.inset)] = region.inset
-        insets[k, len(region.inset) :] = region.inset[0]
+    m = max((len(polygon) for polygon in polygons), default=1)
+    padded = np.zeros((n, m, 2))
+    for k, polygon in enumerate(polygons):
+        padded[k, : len(polygon)] = polygon
+        padded[k, len(polygon) :] = polygon[0]
     return RegionTable(
         origins=np.array([region.X_WR[:3, 3] for region in regions], dtype=float).reshape(n, 3),
         rotations=np.array([region.X_WR[:3, :3] for region in regions], dtype=float).reshape(n, 3, 3),
-        insets=insets,
-        counts=np.array([len(region.inset) for region in regions], dtype=np.int64),
-        radii=np.linalg.norm(insets, axis=2).max(axis=1, initial=0.0),
+        insets=padded,
+        counts=np.array([len(polygon) for polygon in polygons], dtype=np.int64),
+        radii=np.linalg.norm(padded, axis=2).max(axis=1, initial=0.0),
     )
 
 

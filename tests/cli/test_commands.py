@@ -100,7 +100,7 @@ def test_damaged_kernels_are_one_line(error, monkeypatch):
 def test_an_unknown_diagram_lists_the_known_ones():
     status, _, errors = quadpips("diagram", "engine")
     assert status == 2
-    assert "known: em_mpc, motion_models, perception, planning, quadpips, s_mpc, station, tracking, walk" in errors
+    assert "known: em_mpc, lf_mpc, motion_models, perception, planning, quadpips, s_mpc, station, tracking, walk" in errors
 
 
 def test_a_diagram_of_unknown_format_is_refused():

@@ -36,6 +36,8 @@ def page() -> str:
             reference(TrialConfig(planner="s_mpc"), without=TrialConfig()),
             "`--planner em_mpc`: what is different again.\n",
             reference(TrialConfig(planner="em_mpc"), without=TrialConfig(planner="s_mpc")),
+            "`--planner lf_mpc`: likewise.\n",
+            reference(TrialConfig(planner="lf_mpc"), without=TrialConfig(planner="s_mpc")),
             "## A walk\n\n`quadpips walk`: what a run has not, or has with another default.\n",
             reference(WalkTrialConfig(), without=TrialConfig()),
             "## A dataset\n\n`quadpips dataset`: recorded in `manifest.json`.\n",

@@ -85,12 +85,15 @@ def planning() -> None:
 
 
 def _walk_by_heuristics(robot, state, regions) -> None:
-    """One reference of a planner without a search."""
+    """One reference of a planner without a search, and what a network of footholds would see."""
+    from quadpips_drake.baselines.learned_footholds.swing_view import patch_cell, swing_view
     from quadpips_drake.baselines.perceptive_walk import PerceptiveMemory, PerceptiveWalk
     from quadpips_drake.gaits.gaits import load_gait
 
     memory, command = PerceptiveMemory.empty(), np.array([0.2, 0.0, 0.0])
-    PerceptiveWalk(robot).update(memory, state, command, load_gait("trot"), regions)
+    memory = PerceptiveWalk(robot).update(memory, state, command, load_gait("trot"), regions)
+    feet, nominal = memory.walk.touched.copy(), np.array(robot.nominal_footholds_B[:, :2])
+    swing_view(feet, (0, 3), 0, feet[0, :2], nominal, patch_cell(robot), memory.ground.outlines)
 
 
 def _search_commands(robot, state) -> None:

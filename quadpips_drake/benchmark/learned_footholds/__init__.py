@@ -1,0 +1,1 @@
+"""Data for the network of footholds, and a picture of its training."""

@@ -1,0 +1,1 @@
+"""``quadpips learned-footholds``: footholds that imitate our own foothold search."""
