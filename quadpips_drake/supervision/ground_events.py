@@ -15,7 +15,7 @@ import numpy as np
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.robots.robot_model import RobotModel
-from quadpips_drake.sensing.robot_shapes import load_robot_shapes
+from quadpips_drake.sensing.robot_shapes import trunk_corners
 from quadpips_drake.trajectory.swing.ground_profile import PARTS, SAMPLES, ground_profile
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.immutable import ImmutableValue
@@ -32,8 +32,8 @@ _ENDS = 4
 """So many of a swing's samples at either end lie on its footholds."""
 _WAY_STEP = 0.1
 """Between two looks at the way of the torso [s]."""
-_BODY_GRID = np.stack(np.meshgrid(np.linspace(-1, 1, 7), np.linspace(-1, 1, 5), indexing="ij"), axis=-1).reshape(-1, 2)
-"""Points under the body, in half lengths and half widths, (35, 2)."""
+_BODY_GRID = np.stack(np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 5), indexing="ij"), axis=-1).reshape(-1, 2)
+"""Points under the body, in lengths and widths from its hind right corner, (45, 2)."""
 _AROUND = 0.6
 """So far around a place it is looked for what has appeared there [m]."""
 _BODY_POINTS = 2
@@ -65,10 +65,17 @@ class Extent(NamedTuple):
 
     foot_radius: float
     """[m]"""
-    half_body: np.ndarray
-    """Half length and half width of the torso between the hips [m], (2,)."""
+    hind_right: np.ndarray
+    """x, y of the torso's hind right corner in the base frame B [m], (2,)."""
+    fore_left: np.ndarray
+    """... and of its fore left one, (2,)."""
     belly: float
     """How far the torso reaches down below the base's origin [m]."""
+
+    @property
+    def under_body(self) -> np.ndarray:
+        """Points under the whole torso, x, y in B [m], (45, 2)."""
+        return self.hind_right + _BODY_GRID * (self.fore_left - self.hind_right)
 
 
 @dataclass(frozen=True)
@@ -141,10 +148,9 @@ def _nearest_first(distances: np.ndarray) -> Iterator[int]:
 @cache
 def extent_of(robot: RobotModel) -> Extent:
     """The Extent of a robot, its torso as the perception role shows it."""
-    shapes = load_robot_shapes(robot)
-    down = np.abs(shapes.R_LG[:, 2] * shapes.half_size).sum(axis=1) + shapes.rounding - shapes.p_LG[:, 2]
-    half_body = np.abs(robot.hip_positions_B[:, :2]).max(axis=0)
-    return Extent(float(robot.foot_radius), half_body, float(down[shapes.link == 0].max()))
+    corners = trunk_corners(robot)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return Extent(float(robot.foot_radius), low[:2], high[:2], float(-low[2]))
 
 
 def confirmed_problem(
@@ -280,12 +286,14 @@ def obstacle_on_way(
         return None
     step = max(1, round(_WAY_STEP / max(float(np.diff(reference.times).mean()), 1e-6))) if len(reference.times) > 1 else 1
     states = reference.states[ahead[::step]]
-    base, yaw = states[:, CentroidalState.POSITION], states[:, CentroidalState.YAW]
-    body, c, s = _BODY_GRID * extent.half_body, np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+    base, rpy = states[:, CentroidalState.POSITION], states[:, CentroidalState.ORIENTATION]
+    body, c, s = extent.under_body, np.cos(rpy[:, 2])[:, None], np.sin(rpy[:, 2])[:, None]
     x, y = c * body[:, 0] - s * body[:, 1] + base[:, :1], s * body[:, 0] + c * body[:, 1] + base[:, 1:2]
     heights = ground.at(x.ravel(), y.ravel()).reshape(x.shape)
-    limit = base[:, 2] - extent.belly - config.body_clearance
-    blocked = (heights > limit[:, None]).sum(axis=1) >= _BODY_POINTS
+    # Small angles: the belly is inclined as the base, but its points lie above where they lie on level ground.
+    inclined = np.sin(rpy[:, :1]) * np.cos(rpy[:, 1:2]) * body[:, 1] - np.sin(rpy[:, 1:2]) * body[:, 0]
+    limit = base[:, 2:] + inclined - extent.belly - config.body_clearance
+    blocked = (heights > limit).sum(axis=1) >= _BODY_POINTS
     if blocked[0] or not blocked.any():
         return None
     return float(reference.times[ahead[::step]][np.argmax(blocked)])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from quadpips_drake.math.rotations import yaw_matrix
+from quadpips_drake.math.rotations import rotation_from_rpy, yaw_matrix
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.supervision import ground_events as events
 from quadpips_drake.supervision.ground_events import Extent, GroundEventConfig
@@ -72,12 +72,15 @@ def obstacle_on_way(
         return None
     step = max(1, round(events._WAY_STEP / max(float(np.diff(reference.times).mean()), 1e-6)))
     states = reference.states[ahead[::step]]
-    base, points = states[:, CentroidalState.POSITION], []
-    for position, yaw in zip(base, states[:, CentroidalState.YAW], strict=True):
-        points.append(position[:2] + (events._BODY_GRID * extent.half_body) @ yaw_matrix(yaw)[:2, :2].T)
-    heights = ground.at(*np.concatenate(points).T).reshape(len(base), -1)
-    limit = base[:, 2] - extent.belly - config.body_clearance
-    blocked = (heights > limit[:, None]).sum(axis=1) >= events._BODY_POINTS
+    blocked = np.zeros(len(states), dtype=bool)
+    for k, state in enumerate(states):
+        position, rpy = state[CentroidalState.POSITION], state[CentroidalState.ORIENTATION]
+        upwards, too_high = rotation_from_rpy(np.array(rpy))[2], 0
+        for point in extent.under_body:
+            place = position[:2] + yaw_matrix(rpy[2])[:2, :2] @ point
+            belly = position[2] + upwards[:2] @ point - extent.belly
+            too_high += bool(ground.at(*place[:, None])[0] > belly - config.body_clearance)
+        blocked[k] = too_high >= events._BODY_POINTS
     if blocked[0] or not blocked.any():
         return None
     return float(reference.times[ahead[::step]][np.argmax(blocked)])

@@ -34,7 +34,7 @@ from tests.supervision import ground_reference
 
 CONFIG = GroundEventConfig()
 RADIUS = 0.03
-EXTENT = Extent(RADIUS, np.array([0.3, 0.1]), 0.1)
+EXTENT = Extent(RADIUS, np.array([-0.3, -0.1]), np.array([0.3, 0.1]), 0.1)
 UP = np.array([0.0, 0.0, 1.0])
 FEET = np.array([[0.35, 0.2, RADIUS], [0.35, -0.2, RADIUS], [-0.35, 0.2, RADIUS], [-0.35, -0.2, RADIUS]])
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -131,10 +131,23 @@ def test_the_way_of_the_torso_is_blocked_by_ground_up_to_its_belly():
     assert found(ground((0.2, 0.0, 0.1, 0.5))) == [], "the torso is there already"
 
 
-def test_the_extent_of_robots_is_about_theirs():
-    for name, belly in (("anymal_c", 0.1), ("go2", 0.06)):
+def test_a_belly_that_is_inclined_as_the_ground_passes_over_it():
+    """A ramp of 0.5 rad whose end under the torso's fore edge is 0.25 m high, 3 cm higher than a level belly."""
+    flat, reference = ground(), walk()
+    rising = np.tan(0.5) * np.maximum(0.0, -2.0 + flat.cell * (np.arange(400) + 0.5) - 0.35)
+    ramp = replace(flat, height=np.tile(rising[:, None], (1, 400)).astype(np.float32))
+    states = reference.states - np.eye(24)[CentroidalState.POSITION][2] * 0.2
+    assert obstacle_on_way(replace(reference, states=states), 0.5, ramp, EXTENT, CONFIG) is not None
+    states[:, CentroidalState.ORIENTATION][:, 1] = -0.5
+    assert obstacle_on_way(replace(reference, states=states), 0.5, ramp, EXTENT, CONFIG) is None
+
+
+def test_the_extent_of_robots_is_that_of_their_whole_torso():
+    for name, belly, fore in (("anymal_c", 0.1, 0.47), ("go2", 0.08, 0.31)):
         extent = extent_of(load_robot(name))
-        assert 0.5 * belly < extent.belly < 2.0 * belly and extent.half_body[0] > extent.half_body[1] > 0.03
+        assert 0.5 * belly < extent.belly < 2.0 * belly
+        assert abs(extent.fore_left[0] - fore) < 0.03 and extent.hind_right[0] < -0.15, "its nose, not its hips"
+        assert extent.hind_right[1] == pytest.approx(-extent.fore_left[1])
 
 
 def test_a_problem_is_certain_after_three_region_sets_in_a_row():
