@@ -13,6 +13,7 @@ from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
 from quadpips_drake.planning.footholds.foothold_planner_system import FootholdPlanner
 from quadpips_drake.planning.torso.torso_config import TorsoConfig
 from quadpips_drake.planning.torso.torso_planner_system import TorsoPlanner
+from quadpips_drake.planning.torso.torso_room import TorsoRoom
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.supervision.reference_publisher import ReferencePublisherConfig
 from quadpips_drake.supervision.reference_publisher_system import ReferencePublisher
@@ -60,6 +61,14 @@ def first_library(robot: RobotModel, config: PlanningConfig, site: str = "") -> 
     return load_library(settings.file, library) if settings.file else library
 
 
+def _what_clears(robot: RobotModel, config: PlanningConfig) -> dict:
+    """What the foothold search asks whether feet and torso clear the ground."""
+    return {
+        "clearance": partial(SwingClearance.over, foot_radius=robot.foot_radius, config=config.swings),
+        "room": partial(TorsoRoom, robot, clearance=config.torso.belly_clearance),
+    }
+
+
 class PlanningModule(Diagram):
     """Torso search, foothold search, swing optimisation and publication, driven by the replan monitor.
 
@@ -88,7 +97,8 @@ class PlanningModule(Diagram):
 
     - robot_state: RobotState, frame W.
     - region_set: RegionSet, frame W.
-    - ground_heights (optional): GroundHeights that swings clear and the monitor holds the reference against, frame W.
+    - ground_heights (optional): GroundHeights that torso and swings clear and the monitor holds the reference against,
+      frame W.
     - label_image (optional): LabelImage by which footholds cost more; only there if ``config.footholds.steppability`` is
       "penalty".
     - safety_status (optional): SafetyStatus; while it is unstable the reference is dropped.
@@ -115,8 +125,7 @@ class PlanningModule(Diagram):
         """Inputs that need nothing to feed them."""
         config, builder = config or PlanningConfig(), DiagramBuilder()
         torso = builder.AddSystem(TorsoPlanner(robot, config.torso, every_label=config.every_label, timings=timings))
-        clearance = partial(SwingClearance.over, foot_radius=robot.foot_radius, config=config.swings)
-        more = {"clearance": clearance, "experience": config.experience, "timings": timings}
+        more = {"experience": config.experience, "timings": timings} | _what_clears(robot, config)
         footholds = builder.AddSystem(FootholdPlanner(robot, config.footholds, **more))
         swings = builder.AddSystem(SwingTrajectoryOptimizer(robot, config.swings, timings=timings))
         publisher = builder.AddSystem(ReferencePublisher(config.publisher, timings=timings))
@@ -146,7 +155,7 @@ class PlanningModule(Diagram):
         builder.ExportInput(swings.GetInputPort("ground_heights"), "ground_heights")
         for system in (swings, monitor):
             builder.ConnectInput("region_set", system.GetInputPort("region_set"))
-        for system in (footholds, monitor):
+        for system in (torso, footholds, monitor):
             builder.ConnectInput("ground_heights", system.GetInputPort("ground_heights"))
         if footholds.HasInputPort("label_image"):
             builder.ExportInput(footholds.GetInputPort("label_image"), "label_image")

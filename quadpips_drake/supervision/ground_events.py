@@ -32,8 +32,8 @@ _ENDS = 4
 """So many of a swing's samples at either end lie on its footholds."""
 _WAY_STEP = 0.1
 """Between two looks at the way of the torso [s]."""
-_BODY_GRID = np.stack(np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 5), indexing="ij"), axis=-1).reshape(-1, 2)
-"""Points under the body, in lengths and widths from its hind right corner, (45, 2)."""
+_BODY_GRID = np.stack(np.meshgrid(np.linspace(0, 1, 33), np.linspace(0, 1, 5), indexing="ij"), axis=-1).reshape(-1, 2)
+"""Points under the body, in lengths and widths from its hind right corner, (165, 2): of a wall only the face is seen."""
 _AROUND = 0.6
 """So far around a place it is looked for what has appeared there [m]."""
 _BODY_POINTS = 2
@@ -74,7 +74,7 @@ class Extent(NamedTuple):
 
     @property
     def under_body(self) -> np.ndarray:
-        """Points under the whole torso, x, y in B [m], (45, 2)."""
+        """Points under the whole torso, x, y in B [m], (165, 2)."""
         return self.hind_right + _BODY_GRID * (self.fore_left - self.hind_right)
 
 

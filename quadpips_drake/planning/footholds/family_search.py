@@ -17,7 +17,7 @@ from quadpips_drake.planning.footholds.foothold_labels import FootholdLabels, co
 from quadpips_drake.planning.footholds.lazy_swings import LazySwings
 from quadpips_drake.planning.footholds.refused_swings import are_refused
 from quadpips_drake.planning.footholds.search_node import SearchNode, SearchResult, Stances
-from quadpips_drake.planning.footholds.stance_rules import BLOCKED, REJECTIONS, arrivals, identities
+from quadpips_drake.planning.footholds.stance_rules import BLOCKED, NO_ROOM, REJECTIONS, arrivals, identities
 from quadpips_drake.planning.footholds.stance_transitions import cost_rate, distance_to_go, expand
 from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.values.legs import Leg
@@ -43,9 +43,10 @@ class FamilySearch:
         deadline: float,
         refused: RefusedSwings,
         clears: Callable,
+        has_room: Callable,
         experience: EdgeExperience | None = None,
     ):
-        self._experience = experience
+        self._experience, self._has_room = experience, has_room
         self._swings = LazySwings(clears, gait.swing_duration)
         self._phases = [np.array(phase, dtype=np.int64) for phase in gait.phases]
         self._standing = [
@@ -238,7 +239,7 @@ class FamilySearch:
         return True
 
     def _can_be_swung_to(self, index: int, result: SearchResult) -> bool:
-        """Whether the feet clear the ground on the way to a node; looked at when it is its turn, since few of them are.
+        """Whether feet and torso clear the ground on the way to a node; looked at when it is its turn, as few of them are.
 
         One that cannot be reached makes room for the next best child of its parent, and for the dearer ways to its family.
         """
@@ -246,9 +247,10 @@ class FamilySearch:
         if node.parent < 0 or index in self._is_clear:
             return self._is_clear.get(index, True)
         before = self.nodes[node.parent]
-        clear = self._is_clear[index] = self._swings.clear(self._phases[node.swung], before, node)
+        room = self._has_room(node.p_WB, node.rpy_WB)
+        clear = self._is_clear[index] = room and self._swings.clear(self._phases[node.swung], before, node)
         if not clear:
-            result.refused[BLOCKED] += 1
+            result.refused[BLOCKED if room else NO_ROOM] += 1
             self._push_children(node.parent, 1)
             if self._best_cost.get(node.family) == node.cost:
                 del self._best_cost[node.family]

@@ -61,6 +61,7 @@ class FootholdPlanner(Stage):
         config: FootholdConfig | None = None,
         *,
         clearance: Callable | None = None,
+        room: Callable | None = None,
         experience: ExperienceConfig | None = None,
         timings: StageTimings | None = None,
     ):
@@ -70,12 +71,13 @@ class FootholdPlanner(Stage):
             config: of the search.
             clearance: (RegionSet, GroundHeights) -> the ``clears`` of ``search_footholds`` on that ground; None: the search
                 does not ask whether feet clear it.
+            room: GroundHeights -> the ``has_room`` of ``search_footholds`` on that ground; None: nor whether the torso does.
             experience: how it counts; None, or with the scope "off": there is none.
             timings: where computing times go.
         """
         config = config or FootholdConfig()
         super().__init__("foothold_planner", config, memory=FootholdPlan.empty(), label="foothold_search", timings=timings)
-        self._robot, self._clearance = robot, clearance
+        self._robot, self._clearance, self._room = robot, clearance, room
         self.declare_input("robot_state", RobotState)
         self.declare_input("torso_path", TorsoPath)
         self.declare_input("refused_swings", RefusedSwings, default=RefusedSwings.empty())
@@ -105,6 +107,8 @@ class FootholdPlanner(Stage):
         path = inputs.torso_path
         state, refused = state_at_start(inputs.robot_state, path.start), inputs.refused_swings
         test = {"clears": self._clearance(path.regions, inputs.ground_heights)} if self._clearance and path.success else {}
+        if self._room is not None:
+            test["has_room"] = self._room(inputs.ground_heights)
         labels = inputs.label_image if self._weighs_labels else None
         known = EdgeExperience.of(inputs.experience, self._experience) if self._experience is not None else None
         plan = search_footholds(

@@ -48,13 +48,14 @@ def _attempt(
     deadline: float,
     refused: RefusedSwings,
     clears,
+    has_room,
 ) -> _Attempt:
     """Searches for waypoints ever nearer along the torso path until one is reached."""
     path, waypoint = local_path(state, torso_path, config.local_radius)
     gait, model = gait_to_search(config), make_transition_model(robot, config)
     attempts = []
     for count in prefix_lengths(len(path), config.waypoint_retries):
-        test = refused, clears, problem.experience
+        test = refused, clears, has_room, problem.experience
         search = FamilySearch(gait, config, model, problem.table, problem.labels, path[:count], deadline, *test)
         result = search.run(problem.feet, problem.normals, problem.regions, problem.hanging)
         result.complete &= count == len(path)
@@ -98,6 +99,7 @@ def search_footholds(
     config: FootholdConfig,
     refused: RefusedSwings | None = None,
     clears: Callable = lambda duration, start, end: True,
+    has_room: Callable = lambda p_WB, rpy_WB: True,
     labels: LabelImage | None = None,
     experience: EdgeExperience | None = None,
 ) -> FootholdPlan:
@@ -115,6 +117,7 @@ def search_footholds(
         refused: RefusedSwings; nothing like them is in the plan.
         clears: (duration [s], start, end) -> whether a foot clears the ground on the way from start to end, each a ground
             point [m] and an upward normal in W, (3,) and (3,). See ``trajectory/swing/swing_clearance.py``.
+        has_room: (p_WB, rpy_WB) -> whether nothing is in the way of the torso there. See ``torso/torso_room.py``.
         labels: the newest image, by which footholds cost more if ``config.steppability`` is "penalty"; without one the
             labels of the regions take its place.
         experience: what transitions cost by it; None: nothing.
@@ -130,7 +133,7 @@ def search_footholds(
         experience = experience.weighed(effort_at(torso_path.level).labels)
     problem = pose_problem(state, regions, robot, config, labels, experience)
     refused = refused or RefusedSwings.empty()
-    asked, how = (problem, state, torso_path, robot), (started + config.time_limit, refused, clears)
+    asked, how = (problem, state, torso_path, robot), (started + config.time_limit, refused, clears, has_room)
     attempt = _attempt(*asked, config, *how)
     expansions = attempt.expansions
     if _is_short(attempt):

@@ -26,10 +26,11 @@ REJECTIONS = (
     "legs too close together",
     "out of balance",
     "ground in the way of a foot",
+    "something in the way of the torso",
 )
 """Why a combination of footholds is refused, in the order of the tests."""
-BLOCKED = len(REJECTIONS) - 1
-"""The last one, which is looked at only when it is a stance's turn."""
+BLOCKED, NO_ROOM = len(REJECTIONS) - 2, len(REJECTIONS) - 1
+"""The last ones, which are looked at only when it is a stance's turn."""
 
 _USUAL = 0.9  # feet at least this fraction of their nominal distance apart: the legs do not touch
 

@@ -8,8 +8,10 @@ import numpy as np
 from numba import njit
 from scipy.ndimage import distance_transform_edt
 
+from quadpips_drake.planning.torso.torso_room import HighGround, leave_out_without_room, torso_of
 from quadpips_drake.robots.stance_limits import stance_limits
 from quadpips_drake.values.legs import Leg
+from quadpips_drake.values.regions import GroundHeights
 
 _SAMPLE = 0.06
 """Distance between the places where a leg looks for ground [m]."""
@@ -31,6 +33,8 @@ class SupportMap:
     """Height of that polygon at its nearest cell [m], indexed [iy, ix]."""
     nearest: np.ndarray
     """That cell, [0 for iy, 1 for ix][iy, ix]."""
+    high: HighGround | None = None
+    """What the torso must not hit; None: nothing is known of it."""
 
     def look_up(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Returns distance and height at points (..., 2); outside of the raster the distance is inf."""
@@ -44,11 +48,31 @@ class SupportMap:
         inside = (cells[..., 0] >= 0) & (cells[..., 0] < columns) & (cells[..., 1] >= 0) & (cells[..., 1] < rows)
         return np.where(inside, cells[..., 0], 0), np.where(inside, cells[..., 1], 0), inside
 
+    def highest_near(self, xy: np.ndarray, radius: float) -> float:
+        """How high the highest known surface within ``radius`` [m] of ``xy`` (2,) is above the ground there [m]."""
+        steps = np.arange(-radius, radius + self.resolution, self.resolution)
+        return self._highest(xy + np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2))
 
-def make_support_map(regions, resolution: float = 0.04, border: float = 0.6) -> SupportMap:
+    def highest_between(self, start: np.ndarray, end: np.ndarray) -> float:
+        """The same on the straight way from ``start`` to ``end``, (2,) each."""
+        count = int(np.hypot(*(end - start)) / (0.5 * self.resolution)) + 1
+        return self._highest(start + np.linspace(0.0, 1.0, count)[:, None] * (end - start))
+
+    def _highest(self, places: np.ndarray) -> float:
+        ix, iy, inside = self.cells(places)
+        if self.high is None or not inside.any():
+            return 0.0
+        ix, iy = ix[inside], iy[inside]
+        return float((self.high.top[iy, ix] - self.height[iy, ix]).max())
+
+
+def make_support_map(
+    regions, resolution: float = 0.04, border: float = 0.6, heights: GroundHeights | None = None
+) -> SupportMap:
     """Rasters the insets of ``regions`` (at least one PlanarRegion); where they overlap, the higher one counts.
 
     Args:
+        heights: of all surfaces, those included that carry no foot.
         resolution: size of a cell [m].
         border: how far the raster extends beyond the regions [m].
     """
@@ -68,7 +92,8 @@ def make_support_map(regions, resolution: float = 0.04, border: float = 0.6) -> 
     x = origin[0] + resolution * nearest[1] - centers[..., 0]
     y = origin[1] + resolution * nearest[0] - centers[..., 1]
     height = centers[..., 2] - (normals[..., 0] * x + normals[..., 1] * y) / normals[..., 2]
-    return SupportMap(origin, resolution, distance * resolution, height, nearest)
+    high = None if heights is None else HighGround.over(heights, origin, resolution, distance.shape)
+    return SupportMap(origin, resolution, distance * resolution, height, nearest, high)
 
 
 @lru_cache(maxsize=32)
@@ -146,7 +171,8 @@ def _mean_misses(distance, height, origin, resolution, poses, ground, places, ma
 
 
 def ground_penalty(support: SupportMap, poses: np.ndarray, ground: np.ndarray, robot, config) -> np.ndarray:
-    """Returns the extra cost per metre of poses of the base over poor ground, (...); inf where a leg finds none.
+    """Returns the extra cost per metre of poses of the base over poor ground, (...); inf where a leg finds none, and where
+    something reaches up to the torso (nearer than ``belly_clearance``).
 
     It is ``support_weight`` times how far the legs must go from their nominal footholds to find steppable ground, on average
     and as far as it exceeds ``free_miss``, over ``leg_radius``.
@@ -157,10 +183,16 @@ def ground_penalty(support: SupportMap, poses: np.ndarray, ground: np.ndarray, r
         config: TorsoConfig.
     """
     places = places_of_legs(robot, float(config.leg_radius))
-    flat = np.ascontiguousarray(poses, dtype=float).reshape(-1, 3)
+    flat, below = np.ascontiguousarray(poses, dtype=float).reshape(-1, 3), np.ascontiguousarray(ground, dtype=float).ravel()
     misses = np.empty(len(flat))
     _mean_misses(
-        support.distance, support.height, support.origin, support.resolution, flat,
-        np.ascontiguousarray(ground, dtype=float).ravel(), places, config.max_height_difference, config.free_miss, misses,
+        support.distance, support.height, support.origin, support.resolution, flat, below, places,
+        config.max_height_difference, config.free_miss, misses,
     )  # fmt: skip
+    if support.high is not None:
+        torso = torso_of(robot, float(config.body_margin))
+        leave_out_without_room(
+            support.high.top, support.high.around, support.height, support.origin, support.resolution, flat, below,
+            torso.points, torso.fore, torso.hind, torso.belly - config.belly_clearance, misses,
+        )  # fmt: skip
     return (config.support_weight * misses / config.leg_radius).reshape(np.shape(poses)[:-1])

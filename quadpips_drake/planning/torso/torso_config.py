@@ -37,6 +37,11 @@ class TorsoConfig(StageConfig):
     """A foothold that far from steppable ground costs nothing [m]: the seams between the insets of neighbouring regions."""
     max_height_difference: float = ranged(0.30, 0.0, 10.0)
     """... at a height that differs by no more than this from the ground under the base [m]."""
+    belly_clearance: float = ranged(0.05, -1.0, 1.0)
+    """A pose is left out where something comes nearer to the torso's belly than this [m], a stance where it comes that near
+    to the belly or the sides; more than what the monitor stops for (``monitor.ground.body_clearance``)."""
+    body_margin: float = ranged(0.10, 0.0, 0.3)
+    """... or stands that near to the torso's sides [m]: stances follow the path only about as exactly."""
     support_weight: float = ranged(3.0, 0.0, 1000.0)
     """Extra cost of poses whose nominal footholds miss the ground, per metre, when the mean miss is ``leg_radius``."""
     bridge_cost: float = ranged(0.0, 0.0, 1000.0)

@@ -1,6 +1,6 @@
 """The lattice of torso poses: positions where a stance exists, times yaws."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -9,6 +9,7 @@ from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.planning.region_table import in_convex_polygon
 from quadpips_drake.planning.torso.support_map import SupportMap, ground_penalty
 from quadpips_drake.planning.torso.torso_config import TorsoConfig
+from quadpips_drake.planning.torso.torso_room import torso_of
 from quadpips_drake.robots.stance_limits import stance_limits
 
 _AVOIDED = 0.20
@@ -107,7 +108,7 @@ def make_lattice(p_WB, yaw, yaw_to_goal, regions, goal_xy, avoided, support, rob
     poses[..., :2], poses[..., 2] = positions[:, None, :2], yaws
     penalty = ground_penalty(support, poses, np.repeat(ground[:, None], len(yaws), axis=1), robot, config)
     own = int(np.argmin(np.abs(wrap_angle(yaws - yaw))))
-    known = bool(np.isfinite(penalty[0, own]))
+    known = bool(np.isfinite(ground_penalty(replace(support, high=None), poses[0, own], ground[0], robot, config)))
     if not known:
         penalty[0] = 0.0  # the robot stands there, whatever it has seen of the ground
     penalty[0, own] = 0.0
@@ -120,15 +121,17 @@ def make_lattice(p_WB, yaw, yaw_to_goal, regions, goal_xy, avoided, support, rob
     return Lattice(positions[kept], ground[kept], yaws, penalty[kept], goal, known)
 
 
-def neighbours_of(lattice: Lattice, config: TorsoConfig) -> tuple[np.ndarray, np.ndarray]:
+def neighbours_of(lattice: Lattice, support: SupportMap, robot, config: TorsoConfig) -> tuple[np.ndarray, np.ndarray]:
     """Returns the graph over the positions in compressed rows: offsets (n + 1,) and neighbours.
 
     The robot's own position is joined to those within ``start_radius`` if it does not know what it stands on, or if none is
-    nearer.
+    nearer; not if something too high for its torso stands between.
     """
     tree = cKDTree(lattice.positions)
     rows = tree.query_ball_point(lattice.positions, config.max_edge_length, return_sorted=True)
     if len(rows[0]) < 2 or not lattice.start_is_known:
-        rows[0] = tree.query_ball_point(lattice.positions[0], config.start_radius, return_sorted=True)
+        belly, own = torso_of(robot).belly, lattice.positions[0, :2]
+        near = tree.query_ball_point(lattice.positions[0], config.start_radius, return_sorted=True)
+        rows[0] = [k for k in near if support.highest_between(own, lattice.positions[k, :2]) < belly]
     offsets = np.append(0, np.cumsum([len(row) for row in rows]))
     return offsets.astype(np.int64), np.concatenate([np.asarray(row, dtype=np.int64) for row in rows])

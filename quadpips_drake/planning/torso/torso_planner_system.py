@@ -13,7 +13,7 @@ from quadpips_drake.planning.torso.torso_search import search_torso_path
 from quadpips_drake.timing import StageTimings
 from quadpips_drake.values.immutable import ImmutableValue
 from quadpips_drake.values.plans import PlanRequest, TorsoPath
-from quadpips_drake.values.regions import PlanarRegion, RegionSet
+from quadpips_drake.values.regions import GroundHeights, PlanarRegion, RegionSet
 from quadpips_drake.values.robot_state import RobotState
 
 
@@ -39,12 +39,14 @@ class TorsoPlanner(Stage):
         - robot_state
         - region_set
         - plan_request
+        - ground_heights (optional)
         output_ports:
         - torso_path
 
     - robot_state: RobotState, frame W; a plan begins there unless the request names another start.
     - region_set: RegionSet, frame W; empty before anything was seen. Those on what the request calls appeared are left out.
     - plan_request: PlanRequest; a new ``id`` asks for a path, 0 for nothing.
+    - ground_heights (optional): GroundHeights, frame W, that the torso must not hit.
     - torso_path: TorsoPath, frame W, of the last request, with the regions that were searched; it has no poses and a reason
       when nothing was found. Looks for a new request at ``config.rate`` (30 Hz).
     """
@@ -66,6 +68,7 @@ class TorsoPlanner(Stage):
         self.declare_input("robot_state", RobotState)
         self.declare_input("region_set", RegionSet)
         self.declare_input("plan_request", PlanRequest)
+        self.declare_input("ground_heights", GroundHeights, default=GroundHeights.empty())
         self.declare_output("torso_path", TorsoPath, lambda memory: memory.path)
         self._warm_up()
 
@@ -73,8 +76,9 @@ class TorsoPlanner(Stage):
         """Loads the compiled code, so that the first search takes no longer than any other."""
         floor = RegionSet(0.0, (flat_region(0, np.zeros(3), 1.0, 0.6),))
         p_WB = np.array([0.0, 0.0, self._robot.nominal_base_height])
+        known = GroundHeights(0.0, np.zeros(2), 0.1, np.ones((5, 5), np.float32))
         for distance in (0.3, 9.0):  # to the goal, and to a sub-goal instead
-            search_torso_path(p_WB, 0.0, floor, np.array([distance, 0.0]), self._robot, self.config)
+            search_torso_path(p_WB, 0.0, floor, np.array([distance, 0.0]), self._robot, self.config, heights=known)
 
     def occasion(self, inputs: Inputs) -> int | None:
         """A new request."""
@@ -102,6 +106,7 @@ class TorsoPlanner(Stage):
             level=request.level,
             exploration=exploration,
             every_label=self._every_label,
+            heights=inputs.ground_heights,
         )
         return _Memory(replace(path, start=request.start), ground, exploration.after(path))
 

@@ -11,8 +11,9 @@ from quadpips_drake.planning.torso.torso_astar import Ground, search_lattice
 from quadpips_drake.planning.torso.torso_config import TorsoConfig
 from quadpips_drake.planning.torso.torso_lattice import make_lattice, neighbours_of
 from quadpips_drake.planning.torso.torso_path import join_path
+from quadpips_drake.planning.torso.torso_room import torso_of
 from quadpips_drake.values.plans import TorsoPath
-from quadpips_drake.values.regions import RegionSet
+from quadpips_drake.values.regions import GroundHeights, RegionSet
 
 _NO_POSES = np.zeros((0, 4))
 _LOOK_ROUND = 4
@@ -33,20 +34,21 @@ def search_torso_path(
     level: int = 0,
     exploration: Exploration | None = None,
     every_label: bool = False,
+    heights: GroundHeights | None = None,
 ) -> TorsoPath:
     """Finds a path of the torso over the regions towards the goal (QuadPiPS section VI-B).
 
-    Nodes are poses for which a stance exists: the regions' points and places over gaps, times yaws, at the nominal height of
+    Nodes are poses with room for a stance: the regions' points and places over gaps, times yaws, at the nominal height of
     the base; edges join nodes that are near in position and yaw. A* minimises distance plus weighted change of yaw, plus
-    what it costs to move other than forward and over poor ground. If the goal is no node or out of reach, a sub-goal takes
-    its place; see ``choose_subgoal``.
+    what it costs to move other than forward and over poor ground. If the goal is out of reach, see ``choose_subgoal``.
 
     Args:
         p_WB, yaw: position of the base in W [m], (3,), and its yaw [rad].
         goal_xy: goal of the torso in W [m], (2,).
-        level: of escalation, handed on with the path.
+        level: of escalation.
         exploration: what was tried before; nothing by default.
         every_label: whether regions of every label are ground, not only those that are steppable or unknown.
+        heights: of all surfaces, which the torso must not hit; None: unknown.
 
     Returns the path, its first pose the robot's own; without poses and with a reason when there is none.
     """
@@ -59,15 +61,14 @@ def search_torso_path(
     near, reason = _ground_near(regions, p_WB, config, every_label)
     if not near:
         return result(reason=reason)
-    support = make_support_map(near)
-    yaw_to_goal = _bearing(goal_xy - p_WB[:2], yaw)
-    lattice = make_lattice(p_WB, yaw, yaw_to_goal, near, goal_xy, exploration.avoided, support, robot, config)
+    support, ahead = make_support_map(near, heights=heights), _bearing(goal_xy - p_WB[:2], yaw)
+    lattice = make_lattice(p_WB, yaw, ahead, near, goal_xy, exploration.avoided, support, robot, config)
     if len(lattice.positions) < 2:
         return result(reason="nowhere near do all four legs have ground")
-    offsets, neighbours = neighbours_of(lattice, config)
-    if offsets[1] < 2:
+    graph = neighbours_of(lattice, support, robot, config)
+    if graph[0][1] < 2:
         return result(reason=_not_connected(lattice))
-    search = _searcher(lattice, offsets, neighbours, support, yaw, robot, config)
+    search = _searcher(lattice, graph, support, yaw, robot, config)
     end = None
     found, parent, closed, cost = _way_to_see_more(search, lattice, yaw, goal_xy, exploration, support, level, config)
     if found < 0:
@@ -77,18 +78,18 @@ def search_torso_path(
     if found < 0:
         found = choose_subgoal(lattice, yaw, cost, closed, goal_xy, exploration, support, config)
     if found < 0:
-        return result(reason=_blocked(lattice, closed, goal_xy, support), **nodes)
+        return result(reason=_blocked(lattice, closed, goal_xy, support, robot), **nodes)
     chain = _chain(parent, found, len(lattice.yaws))
     poses = join_path(p_WB, yaw, lattice.positions, lattice.yaws, chain, end, support, robot, config)
     return result(poses, to_goal=end is not None, **nodes)
 
 
-def _searcher(lattice, offsets, neighbours, support, yaw, robot, config: TorsoConfig):
+def _searcher(lattice, graph, support, yaw, robot, config: TorsoConfig):
     """Returns ``search_lattice`` as a function of the position to go to, -1: to all poses in reach."""
     ground = _ground(support, robot, config)
     start_yaw = int(np.argmin(np.abs(wrap_angle(lattice.yaws - yaw))))
     return lambda goal: search_lattice(
-        lattice.positions, lattice.yaws, lattice.penalty, offsets, neighbours, ground, start_yaw,
+        lattice.positions, lattice.yaws, lattice.penalty, *graph, ground, start_yaw,
         goal, config.yaw_weight, config.max_edge_yaw, config.heading_weight, config.max_expansions,
     )  # fmt: skip
 
@@ -142,7 +143,7 @@ def _not_connected(lattice) -> str:
     return f"the robot is not connected to any region: the nearest pose above one is {nearest:.2f} m away"
 
 
-def _blocked(lattice, closed, goal_xy, support) -> str:
+def _blocked(lattice, closed, goal_xy, support, robot) -> str:
     """Says why there is neither a path to the goal nor a sub-goal."""
     m = len(lattice.yaws)
     reached = np.unique(np.flatnonzero(closed) // m)
@@ -150,6 +151,10 @@ def _blocked(lattice, closed, goal_xy, support) -> str:
     gap = widest_gap(support, lattice.positions[reached], goal_xy)
     if gap is not None:
         width, (x, y) = gap
+        rise = support.highest_near(np.array([x, y]), 0.5 * width)
+        if rise > torso_of(robot).belly:
+            what = f"what stands {rise:.2f} m high at ({x:.2f}, {y:.2f})"
+            return f"the way is blocked: {what} is before the goal, {own:.2f} m away"
         return f"the way is blocked: a gap {width:.2f} m wide at ({x:.2f}, {y:.2f}) lies before the goal, {own:.2f} m away"
     nearest = np.hypot(*(lattice.positions[reached, :2] - goal_xy).T).min()
     return (

@@ -70,14 +70,15 @@ def planning() -> None:
     from quadpips_drake.robots.robot_library import load_robot
     from quadpips_drake.robots.standing import standing_state
     from quadpips_drake.terrain.library import load_terrain
-    from quadpips_drake.values.regions import RegionSet
+    from quadpips_drake.values.regions import GroundHeights, RegionSet
 
     robot = load_robot(_ROBOT)
     state = standing_state(robot)
     config = OracleRegionConfig(radius=1.5)
     everywhere = regions_from_terrain(load_terrain("flat"), robot.foot_radius, config)
     regions = RegionSet(0.0, nearby_regions(everywhere, state.p_WB, config.radius))
-    path = search_torso_path(state.p_WB, 0.0, regions, np.array([0.6, 0.0]), robot, TorsoConfig())
+    known = GroundHeights(0.0, np.zeros(2), 0.1, np.ones((5, 5), np.float32))
+    path = search_torso_path(state.p_WB, 0.0, regions, np.array([0.6, 0.0]), robot, TorsoConfig(), heights=known)
     search_footholds(state, regions, path, robot, FootholdConfig())
     search_torso_path(state.p_WB, 0.0, regions, np.array([9.0, 0.0]), robot, TorsoConfig())  # by way of a sub-goal
     _walk_by_heuristics(robot, state, regions)
