@@ -38,6 +38,7 @@ _AROUND = 0.6
 """So far around a place it is looked for what has appeared there [m]."""
 _BODY_POINTS = 2
 """So many of them must be too high: one alone may be noise."""
+_NOTHING = np.zeros((0, 3))
 _ROUNDING = 1e-9
 """Distances that are computed in two ways differ by less [m]."""
 
@@ -175,6 +176,7 @@ def find_problems(
     extent: Extent,
     config: GroundEventConfig,
     every_label: bool = False,
+    appeared: np.ndarray = _NOTHING,
 ) -> list[Problem]:
     """Returns what speaks against the rest of ``reference``, in which the robot can still stop before it.
 
@@ -188,6 +190,7 @@ def find_problems(
         extent: of the robot.
         config: what counts.
         every_label: whether footholds may come to lie in regions of any label.
+        appeared: points of what has appeared, in W [m], (n, 3); the plan may have been asked for before that was known.
     """
     coming, starts, last = [], [], {}
     for foothold in reference.footholds:
@@ -196,6 +199,7 @@ def find_problems(
             starts.append(last.get(foothold.leg, feet[foothold.leg]))
         last[foothold.leg] = foothold.position
     lost = lost_footholds(coming, Places(regions, every_label), ground, before, extent.foot_radius, config)
+    lost = [words or beside for words, beside in zip(lost, beside_appeared(coming, appeared, config), strict=True)]
     risen = obstacles_on_swings(starts, coming, ground, extent.foot_radius, config)
     problems = []
     for foothold, words, height in zip(coming, lost, risen, strict=True):
@@ -250,6 +254,20 @@ def lost_footholds(
             elif places.watch(foothold.region) and not held[k]:
                 words = "in no region any more"
         verdicts.append(words)
+    return verdicts
+
+
+def beside_appeared(footholds: list[FootholdTarget], appeared: np.ndarray, config: GroundEventConfig) -> list[str]:
+    """Says of each FootholdTarget that it is on or beside ``appeared`` points (n, 3) [m]; empty where it is not.
+
+    No plan that was asked for since they are known puts a foot there; see ``planning/appeared_ground.py``.
+    """
+    if not len(appeared):
+        return [""] * len(footholds)
+    least, verdicts = config.keep_off_least - config.region_tolerance, []
+    for foothold in footholds:
+        away = np.hypot(*(appeared[:, :2] - foothold.position[:2]).T).min()
+        verdicts.append(f"something has appeared {away:.2f} m beside it" if away < least else "")
     return verdicts
 
 

@@ -130,7 +130,10 @@ class Monitor(ImmutableValue):
     followed: int = 0
     """Request id of the reference that is being followed while walking; the last request may be for the next one."""
     last_one: bool = False
-    """Whether a plan that was to continue the present reference failed: then the robot walks to its end, and stands."""
+    """Whether a plan that was to continue the present reference failed or is late: then the robot walks to its end, and
+    stands."""
+    came_to_nothing: bool = False
+    """Whether it failed; one that is late says nothing against what was asked for."""
     lead: float = 0.0
     """What MonitorConfig.lead_time has grown by [s]."""
     late_plans: int = 0
@@ -149,8 +152,8 @@ class Monitor(ImmutableValue):
 
 def _going_on(monitor: Monitor) -> dict:
     """Changes of a monitor that sees the reference that it asked for."""
-    level = max(monitor.level - 1, 0)
-    return {"followed": monitor.request.id, "failed_in_a_row": 0, "refusals_in_a_row": 0, "last_one": False, "level": level}
+    fresh = {"failed_in_a_row": 0, "refusals_in_a_row": 0, "last_one": False, "came_to_nothing": False}
+    return fresh | {"followed": monitor.request.id, "level": max(monitor.level - 1, 0)}
 
 
 def _counted(monitor: Monitor, event: str) -> Monitor:
@@ -215,7 +218,7 @@ def _pausing(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor
 
 def _asking(monitor: Monitor, now: Situation, config: MonitorConfig, start: PlanStart | None = None) -> dict:
     """Changes of the monitor that asks for a plan."""
-    failed = monitor.failed_in_a_row or monitor.refusals_in_a_row or (start is None and monitor.last_one)
+    failed = monitor.failed_in_a_row or monitor.refusals_in_a_row or (start is None and monitor.came_to_nothing)
     keep_off = config.ground.keep_off_least if failed else config.ground.keep_off
     appeared = monitor.appeared[np.hypot(*(monitor.appeared[:, :2] - now.state.p_WB[:2]).T) < _SURROUNDINGS]
     return {
@@ -309,7 +312,7 @@ def _look_at_ground(monitor: Monitor, now: Situation, config: MonitorConfig) -> 
         return monitor  # the next plan begins before; it will be looked at when it is there
     if stop.time - now.time < _LEAST_LEAD * config.lead_time or config.lead_time == 0.0:
         return replace(monitor, last_one=True)
-    return replace(monitor, last_one=False, **_asking(monitor, now, config, stop))
+    return replace(monitor, last_one=False, came_to_nothing=False, **_asking(monitor, now, config, stop))
 
 
 def _look_ahead(monitor: Monitor, now: Situation, config: MonitorConfig) -> Monitor:
@@ -341,7 +344,8 @@ def _await_next(monitor: Monitor, now: Situation, config: MonitorConfig) -> Moni
     """Looks what has become of the plan that was asked for ahead."""
     monitor, problem = _look_for_problem(monitor, now)
     if problem:
-        return _look_again(replace(monitor, failed_plans=monitor.failed_plans + 1), now, config, f"no next plan: {problem}")
+        monitor = replace(monitor, failed_plans=monitor.failed_plans + 1, came_to_nothing=True)
+        return _look_again(monitor, now, config, f"no next plan: {problem}")
     if now.time > monitor.request.start.time + PUBLICATION_TIME:
         lead = monitor.lead + (0.0 if _is_cut(monitor, now) else _MORE_LEAD)
         monitor = replace(monitor, late_plans=monitor.late_plans + 1, lead=lead)

@@ -146,4 +146,5 @@ class ReplanMonitor(Stage):
         feet = self._robot.foot_positions_W(inputs.robot_state)
         extent = extent_of(self._robot)
         now, before = inputs.ground_heights, monitor.ground_then[0]
-        return tuple(find_problems(inputs.reference, time, regions, now, before, feet, extent, config, self._every_label))
+        known = regions, now, before, feet, extent, config, self._every_label, monitor.appeared
+        return tuple(find_problems(inputs.reference, time, *known))

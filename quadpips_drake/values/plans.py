@@ -66,7 +66,9 @@ class TorsoPath(ImmutableValue):
     viewpoints: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     """Where the robot stood when it planned for this goal, x, y [m], yaw [rad], shape (k, 3): what it counts as seen."""
     start: PlanStart | None = None
-    """That of the request."""
+    """That of the request ..."""
+    appeared: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    """... and what it says has appeared, points in W [m], (k, 3): regions leave it out, swings keep a margin to it."""
     nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     """Positions of the base over which the search had poses with ground for all legs [m], (k, 3)."""
     reached: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))

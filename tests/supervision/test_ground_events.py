@@ -40,9 +40,9 @@ FEET = np.array([[0.35, 0.2, RADIUS], [0.35, -0.2, RADIUS], [-0.35, 0.2, RADIUS]
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
-def region(x=0.0, y=0.0, half=2.0, label=Steppability.STEPPABLE, id=7) -> PlanarRegion:
+def region(x=0.0, y=0.0, half=2.0, label=Steppability.STEPPABLE, id=7, z=0.0) -> PlanarRegion:
     X_WR = np.eye(4)
-    X_WR[:2, 3] = x, y
+    X_WR[:3, 3] = x, y, z
     return PlanarRegion(id, X_WR, half * SQUARE, half * SQUARE, label)
 
 
@@ -114,6 +114,21 @@ def test_a_foothold_is_not_lost_by_a_label_that_does_not_count():
     void = find_problems(walk(), 0.5, RegionSet.empty(), ground(), ground(), FEET, EXTENT, CONFIG, True)
     assert len(void) == 2, "but without a region it is lost"
     assert found(ground(), RegionSet(1.0, (passable,)), reference=walk(region=passable)) == [], "chosen in spite of it"
+
+
+def test_a_foothold_is_lost_beside_what_had_appeared_when_its_plan_was_asked_for():
+    """The box is in the map before and now: the plan took it for a step, since nobody had told it what had appeared."""
+    box = ground((0.65, 0.2, 0.1, 0.15))
+    on_it = replace(walk().footholds[0], position=np.array([0.65, 0.2, 0.15 + RADIUS]), profile=None)
+    stepping = replace(walk(), footholds=(on_it,))
+    regions = RegionSet(1.0, (region(), region(0.65, 0.2, 0.1, z=0.15)))
+    arguments = stepping, 0.5, regions, box, box, FEET, EXTENT, CONFIG, True
+    assert find_problems(*arguments) == []
+    top = np.array([[0.6, 0.15, 0.15], [0.7, 0.25, 0.15]])
+    (problem,) = find_problems(*arguments, top)
+    assert (problem.kind, problem.place) == (FOOTHOLD_LOST, (0.65, 0.2))
+    aside = np.array([0.65 + CONFIG.keep_off_least, 0.2, 0.15])[None]
+    assert find_problems(*arguments, aside) == [], "as near as a plan may come"
 
 
 def test_a_swing_is_blocked_by_ground_above_what_it_was_planned_to_clear():

@@ -326,6 +326,7 @@ def test_what_is_lost_too_late_for_a_plan_ends_in_a_halt_and_a_new_plan():
     there = moving(p_WB=halted.states[-1, CentroidalState.POSITION])
     story.goes_on(0.1, reference=halted, state=there)
     assert story.until_planning() == first + 1 and story.monitor.request.start is None
+    assert story.monitor.request.keep_off == CONFIG.ground.keep_off, "no plan has failed: it may still be walked round"
 
 
 def test_a_foot_that_swings_already_is_not_called_back():

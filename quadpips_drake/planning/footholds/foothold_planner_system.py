@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from quadpips_drake.framework.stage import Inputs, Stage
+from quadpips_drake.planning.appeared_ground import with_margin
 from quadpips_drake.planning.experience.edge_experience import EdgeExperience
 from quadpips_drake.planning.experience.experience_config import ExperienceConfig
 from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
@@ -106,7 +107,9 @@ class FootholdPlanner(Stage):
         """Plans along the path."""
         path = inputs.torso_path
         state, refused = state_at_start(inputs.robot_state, path.start), inputs.refused_swings
-        test = {"clears": self._clearance(path.regions, inputs.ground_heights)} if self._clearance and path.success else {}
+        test = {}
+        if self._clearance is not None and path.success:
+            test["clears"] = self._clearance(path.regions, with_margin(inputs.ground_heights, path.appeared))
         if self._room is not None:
             test["has_room"] = self._room(inputs.ground_heights)
         labels = inputs.label_image if self._weighs_labels else None

@@ -108,7 +108,7 @@ class TorsoPlanner(Stage):
             every_label=self._every_label,
             heights=inputs.ground_heights,
         )
-        return _Memory(replace(path, start=request.start), ground, exploration.after(path))
+        return _Memory(replace(path, start=request.start, appeared=request.appeared), ground, exploration.after(path))
 
     def _unseen_ground(self, robot_state, regions: RegionSet) -> PlanarRegion | None:
         """Returns the ground under the robot as a region unless a foot stands on a perceived one."""
