@@ -84,7 +84,7 @@ def obstacle_before(
     goals = labels[(np.hypot(x - terrain.goal[0], y - terrain.goal[1]) <= GOAL_TOLERANCE) & passable]
     if mine < 0 or (goals == mine).any():
         return None
-    return _what_separates(labels == mine, x, y, terrain.goal, (wall, number, footing, height, top), step)
+    return _what_separates(labels == mine, x, y, place, terrain.goal, (wall, number, footing, height, top), step)
 
 
 def _grid(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -111,11 +111,13 @@ def _label_near(labels, passable, x, y, place, *, reach: float) -> int:
     return int(labels.ravel()[k]) if distances.ravel()[k] <= reach else -1
 
 
-def _what_separates(mine: np.ndarray, x, y, goal, layers, step: float) -> Obstacle:
-    """What comes first on the straight way from the reached place that is nearest to the goal."""
+def _what_separates(mine: np.ndarray, x, y, place, goal, layers, step: float) -> Obstacle:
+    """What comes first on the straight way from the place in reach that is nearest to the goal; of several, to the robot."""
     wall, number, footing, height, top = layers
     rows, columns = np.nonzero(mine)
-    nearest = int(np.hypot(x[rows, columns] - goal[0], y[rows, columns] - goal[1]).argmin())
+    to_goal = np.hypot(x[rows, columns] - goal[0], y[rows, columns] - goal[1])
+    to_robot = np.hypot(x[rows, columns] - place[0], y[rows, columns] - place[1])
+    nearest = int(np.where(to_goal <= to_goal.min() + _CELL, to_robot, np.inf).argmin())
     begin = np.array([x[rows[nearest], columns[nearest]], y[rows[nearest], columns[nearest]]])
     there = np.asarray(goal, float) - begin
     length = max(float(np.hypot(*there)), _CELL)
