@@ -66,6 +66,7 @@ def planning() -> None:
     from quadpips_drake.planning.footholds.foothold_config import FootholdConfig
     from quadpips_drake.planning.footholds.foothold_search import search_footholds
     from quadpips_drake.planning.torso.torso_config import TorsoConfig
+    from quadpips_drake.planning.torso.torso_room import TorsoRoom
     from quadpips_drake.planning.torso.torso_search import search_torso_path
     from quadpips_drake.robots.robot_library import load_robot
     from quadpips_drake.robots.standing import standing_state
@@ -79,7 +80,8 @@ def planning() -> None:
     regions = RegionSet(0.0, nearby_regions(everywhere, state.p_WB, config.radius))
     known = GroundHeights(0.0, np.zeros(2), 0.1, np.ones((5, 5), np.float32))
     path = search_torso_path(state.p_WB, 0.0, regions, np.array([0.6, 0.0]), robot, TorsoConfig(), heights=known)
-    search_footholds(state, regions, path, robot, FootholdConfig())
+    has_room = TorsoRoom(robot, known, clearance=TorsoConfig().belly_clearance)
+    search_footholds(state, regions, path, robot, FootholdConfig(), has_room=has_room)
     search_torso_path(state.p_WB, 0.0, regions, np.array([9.0, 0.0]), robot, TorsoConfig())  # by way of a sub-goal
     _walk_by_heuristics(robot, state, regions)
     _search_commands(robot, state)
