@@ -22,13 +22,15 @@ _FARTHEST = 4.5
 """Exponent from which on a record counts nothing [1]: three standard deviations."""
 
 
-class ExperienceTable(NamedTuple):
-    """The records of a library; a NamedTuple of its read-only arrays, so that numba takes it as it is."""
+class Records(NamedTuple):
+    """All records of the same swinging legs, a column each; a NamedTuple of float32 arrays, which numba takes as it is."""
 
     before: np.ndarray
-    """(n, 4, 3) [m]."""
-    after: np.ndarray
-    """(n, 4, 3) [m]."""
+    """Footholds before, coordinates of all feet (12, n) [m]."""
+    first: np.ndarray
+    """Where the first of the legs came down, (3, n) [m] ..."""
+    last: np.ndarray
+    """... and the last, (3, n) [m]."""
     attempts: np.ndarray
     """How often, less what was forgotten, (n,)."""
     cost: np.ndarray
@@ -40,9 +42,8 @@ class EdgeExperience:
     """The experience of one search, taken before it."""
 
     scope: str
-    table: ExperienceTable
-    rows: dict
-    """Numbers of its records by ``leg_bits``, int64 each."""
+    records: dict[int, Records]
+    """By ``leg_bits``."""
     weight: float
     """[m]"""
     scale: float
@@ -60,10 +61,11 @@ class EdgeExperience:
         attempts = library.count.astype(float)
         if config.half_life > 0.0:
             attempts *= 0.5 ** ((library.trials - library.last) / config.half_life)
-        attempts.flags.writeable = False
-        table = ExperienceTable(library.before, library.after, attempts, library.cost)
-        rows = {int(bits): np.flatnonzero(library.legs == bits) for bits in np.flatnonzero(np.bincount(library.legs))}
-        return cls(library.scope, table, rows, config.weight, config.scale, config.width, config.start_width)
+        records, coordinates = {}, (library.before.reshape(-1, 12), library.after.reshape(-1, 12))
+        for bits in np.flatnonzero(np.bincount(library.legs)).tolist():
+            rows, legs = np.flatnonzero(library.legs == bits), [leg for leg in range(4) if bits >> leg & 1]
+            records[bits] = Records(*_of_legs(rows, legs[0], legs[-1], *coordinates, attempts, library.cost))
+        return cls(library.scope, records, config.weight, config.scale, config.width, config.start_width)
 
     def weighed(self, factor: float) -> "EdgeExperience":
         """The same with ``factor`` times the weight."""
@@ -77,12 +79,26 @@ class EdgeExperience:
             before: ground points of the feet [m], (4, 3).
             after: ... after each transition [m], (k, 4, 3).
         """
-        rows = self.rows.get(leg_bits(legs))
-        if rows is None or not len(after):
+        records = self.records.get(leg_bits(legs))
+        if records is None or not len(after):
             return np.zeros(len(after))
-        before, after = in_scope(self.scope, before, after)
-        rates = 0.5 / self.width**2, 0.5 / self.start_width**2
-        return _costs(legs, before, after, self.table, rows, *rates, self.weight, self.scale)
+        before, landed = in_scope(self.scope, before, after[:, [legs[0], legs[-1]]].reshape(-1, 3))
+        rates = np.float32(0.5 / self.width**2), np.float32(0.5 / self.start_width**2)
+        return _costs(before, landed, len(legs) > 1, records, *rates, self.weight, self.scale)
+
+
+@njit(cache=True, nogil=True)
+def _of_legs(rows, first, last, before, after, attempts, cost):
+    """The fields of Records: some rows of a library, footholds as (n, 12)."""
+    n = len(rows)
+    befores, firsts, lasts = np.empty((12, n), np.float32), np.empty((3, n), np.float32), np.empty((3, n), np.float32)
+    for j in range(12):
+        for i in range(n):
+            befores[j, i] = before[rows[i], j]
+    for j in range(3):
+        for i in range(n):
+            firsts[j, i], lasts[j, i] = after[rows[i], 3 * first + j], after[rows[i], 3 * last + j]
+    return befores, firsts, lasts, attempts[rows].astype(np.float32), cost[rows].astype(np.float32)
 
 
 @njit(cache=True, nogil=True)
@@ -105,78 +121,92 @@ def _distinct_places(points, places, which):
 
 
 @njit(cache=True, nogil=True)
-def _exponents(places, count, point, rate, out):
-    """Writes those between ``point`` and the places; returns the least of them."""
-    x, y, z = point[0], point[1], point[2]
-    for i in range(count):
-        dx, dy, dz = places[0, i] - x, places[1, i] - y, places[2, i] - z
-        out[i] = rate * (dx * dx + dy * dy + dz * dz)
-    least = np.inf
-    for i in range(count):
-        least = min(least, out[i])
-    return least
+def _columns(points, chosen):
+    """Some columns of ``points`` (m, n); these themselves if that is all."""
+    if len(chosen) == points.shape[1]:
+        return points
+    out = np.empty((len(points), len(chosen)), points.dtype)
+    for j in range(len(points)):
+        row, found = points[j], out[j]
+        for i in range(len(chosen)):
+            found[i] = row[chosen[i]]
+    return out
 
 
 @njit(cache=True, nogil=True)
-def _fall_off(exponents, count):
+def _exponents(places, count, points, rate):
+    """Those between the columns of ``places`` and of ``points`` (3, n), (count, n), and the least of each point, (n,)."""
+    n = points.shape[1]
+    out, least = np.empty((count, n), np.float32), np.full(n, np.float32(np.inf))
+    for a in range(count):
+        x, y, z, row = places[0, a], places[1, a], places[2, a], out[a]
+        for i in range(n):
+            dx, dy, dz = points[0, i] - x, points[1, i] - y, points[2, i] - z
+            row[i] = rate * (dx * dx + dy * dy + dz * dz)
+            least[i] = min(least[i], row[i])
+    return out, least
+
+
+@njit(cache=True, nogil=True)
+def _fall_off(exponents):
     """Replaces each exponent x by exp(-x): by (1 - x / 64)^64, which is quicker and less than 1 % off up to x = 1."""
-    for i in range(count):
-        y = max(1.0 - exponents[i] / 64.0, 0.0)
+    values = exponents.ravel()
+    for i in range(len(values)):
+        y = max(np.float32(1.0) - values[i] * np.float32(1.0 / 64.0), np.float32(0.0))
         y *= y
         y *= y
         y *= y
         y *= y
         y *= y
-        exponents[i] = y * y
+        values[i] = y * y
 
 
 @njit(cache=True, nogil=True)
-def _start_exponent(before, record, rate):
-    """That of the footholds before, as far as it matters."""
-    total = 0.0
-    for leg in range(4):
-        for j in range(3):
-            total += (before[leg, j] - record[leg, j]) ** 2
-        if rate * total > _FARTHEST:
-            break
+def _start_exponents(before, records, rate):
+    """Those of the footholds before (12,), (n,)."""
+    total = np.zeros(records.shape[1], np.float32)
+    for j in range(len(before)):
+        value, row = before[j], records[j]
+        for i in range(len(total)):
+            total[i] += (row[i] - value) ** 2
     return rate * total
 
 
 @njit(cache=True, nogil=True)
-def _costs(legs, before, after, table, rows, rate, start_rate, weight, scale):
+def _costs(before, landed, in_pairs, records, rate, start_rate, weight, scale):
     """Returns what each transition costs by the mean over attempts like it [m], (k,).
 
-    Two legs land in few places each, of which the transitions are combinations: so the function is a product.
+    Args: ground points before [m], (4, 3), and where the first and the last leg land each time [m], (2 k, 3); whether these
+    are two; their Records; ``rate``, ``start_rate``, float32; ``weight``, ``scale``.
+
+    Two legs land in few places each, of which the transitions are combinations: so the function is a product, and its sums
+    over the records are one product of matrices. Numbers of 32 bits: they come in twice as many at once.
     """
-    k, first, last = len(after), legs[0], legs[-1]
-    places_a, places_b = np.empty((3, k)), np.empty((3, k))
+    k = len(landed) // 2
+    places_a, places_b = np.empty((3, k), np.float32), np.empty((3, k), np.float32)
     which_a, which_b = np.empty(k, np.int64), np.zeros(k, np.int64)
-    count_a, count_b = _distinct_places(after[:, first], places_a, which_a), 1
-    if last != first:
-        count_b = _distinct_places(after[:, last], places_b, which_b)
-    weights, totals = np.zeros((count_a, count_b)), np.zeros((count_a, count_b))
-    near_a, near_b = np.zeros(count_a), np.zeros(count_b)
-    for i in rows:
-        start = _start_exponent(before, table.before[i], start_rate)
-        if start > _FARTHEST:
-            continue
-        least = start + _exponents(places_a, count_a, table.after[i, first], rate, near_a)
-        near_b[:] = 0.0
-        if last != first:
-            least += _exponents(places_b, count_b, table.after[i, last], rate, near_b)
-        if least > _FARTHEST:
-            continue
-        _fall_off(near_a, count_a)
-        _fall_off(near_b, count_b)
-        attempts = table.attempts[i] * np.exp(-start)
-        for a in range(count_a):
-            likeness = attempts * near_a[a]
-            cost = likeness * table.cost[i]
-            for b in range(count_b):
-                weights[a, b] += likeness * near_b[b]
-                totals[a, b] += cost * near_b[b]
+    landed = landed.astype(np.float32)
+    starts = _start_exponents(before.ravel().astype(np.float32), records.before, start_rate)
+    near = np.flatnonzero(starts <= _FARTHEST)
+    count_a, least = _distinct_places(landed[::2], places_a, which_a), starts[near]
+    by_a, least_a = _exponents(places_a, count_a, _columns(records.first, near), rate)
+    least += least_a
+    count_b, by_b = 1, np.zeros((1, len(near)), np.float32)
+    if in_pairs:
+        count_b = _distinct_places(landed[1::2], places_b, which_b)
+        by_b, least_b = _exponents(places_b, count_b, _columns(records.last, near), rate)
+        least += least_b
+    kept = np.flatnonzero(least <= _FARTHEST)
+    like_a, like_b = _columns(by_a, kept), np.empty((2 * count_b, len(kept)), np.float32)
+    _fall_off(like_a)
+    like_b[:count_b] = _columns(by_b, kept)
+    _fall_off(like_b[:count_b])
+    kept = near[kept]
+    like_b[:count_b] *= records.attempts[kept] * np.exp(-starts[kept])
+    like_b[count_b:] = like_b[:count_b] * records.cost[kept]
+    sums = np.dot(like_a, like_b.T)
     costs = np.empty(k)
     for j in range(k):
-        mean = totals[which_a[j], which_b[j]] / max(1.0, weights[which_a[j], which_b[j]])
-        costs[j] = weight * np.tanh(mean / scale)
+        a, b = which_a[j], which_b[j]
+        costs[j] = weight * np.tanh(sums[a, count_b + b] / max(np.float32(1.0), sums[a, b]) / scale)
     return costs

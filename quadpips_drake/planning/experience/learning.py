@@ -89,7 +89,7 @@ def heading_frame(feet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def in_scope(scope: str, before: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Footholds before (4, 3) and after, (..., 4, 3), in the frame of a library with that ``scope``."""
+    """Footholds before (4, 3) and after, (..., 3), in the frame of a library with that ``scope``."""
     if scope == "site":
         return before, after
     origin, axes = heading_frame(before)
