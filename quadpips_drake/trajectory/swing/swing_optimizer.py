@@ -16,6 +16,7 @@ from quadpips_drake.trajectory.swing.ground_profile import KnownGround
 from quadpips_drake.trajectory.swing.swing_task import SwingSetup, make_swing_task
 from quadpips_drake.trajectory.swing.swing_trajectory import SwingConfig
 from quadpips_drake.trajectory.swing.target_configuration import TargetConfig, find_target, foot_centers
+from quadpips_drake.trajectory.swing.thigh_clearance import room_below_thighs
 from quadpips_drake.values.centroidal import CentroidalState
 from quadpips_drake.values.contact_schedule import ContactSchedule
 from quadpips_drake.values.legs import Leg
@@ -23,6 +24,9 @@ from quadpips_drake.values.plans import FootholdPlan, RefusedSwing, Stance
 from quadpips_drake.values.reference import FootholdTarget, WholeBodyReference
 from quadpips_drake.values.regions import GroundHeights, RegionSet
 from quadpips_drake.values.swing_plan import SwingPlan, SwingReport
+
+_GIVES_WAY = 0.005
+"""How much nearer to the ground a thigh may come that is too near already [m]."""
 
 
 def _swing_problem() -> TrajectoryOcpConfig:
@@ -54,6 +58,8 @@ class SwingOptimizerConfig(StageConfig):
     """No motion in which a foot lands farther from its foothold than this [m] is used."""
     max_depth: float = ranged(0.015, 0.0, 1.0)
     """No swing that goes deeper than this [m] through what is known of the ground is used."""
+    thigh_clearance: float = ranged(0.01, -10.0, 1.0)
+    """No motion in which ground comes nearer than this from below to a thigh or knee [m] is used."""
     max_violation: float = ranged(1e-2, 0.0, 1e3)
     """An unconverged solution with less constraint violation than this is still used [-]."""
     refinement_iterations: int = ranged(1, 0, 50)
@@ -66,9 +72,9 @@ class SwingOptimizer:
     """Optimises the swings of a foothold plan one after the other; each starts where the last one ended.
 
     A swing is refused when no leg configuration reaches its target, when no apex clears the ground on the way, when the SQP
-    does not come to a feasible point, or when a foot would miss its foothold. Then the swing before it is optimised anew to
-    end at rest, where the plan ends; what was refused, and why, comes with it. Nothing that is not feasible is in the
-    reference.
+    does not come to a feasible point, when a foot would miss its foothold, or when a knee would hit the ground. Then the
+    swing before it is optimised anew to end at rest, where the plan ends; what was refused, and why, comes with it. Nothing
+    that is not feasible is in the reference.
     """
 
     def __init__(self, robot: RobotModel, config: SwingOptimizerConfig | None = None):
@@ -86,9 +92,9 @@ class SwingOptimizer:
         footholds = base + robot.nominal_footholds_B - robot.foot_radius * normals
         stance = Stance(footholds, normals, (None,) * len(Leg), base, np.zeros(3))
         brief = 2.0 * self.config.time_step
-        self.optimize(
-            self.model.nominal_state(), FootholdPlan(0.0, 0, (stance,) * 3, ((Leg.LF,), (Leg.RF,)), "", brief, brief)
-        )
+        plan = FootholdPlan(0.0, 0, (stance,) * 3, ((Leg.LF,), (Leg.RF,)), "", brief, brief)
+        spot = GroundHeights(0.0, np.zeros(2), 0.01, np.zeros((1, 1), np.float32))
+        self.optimize(self.model.nominal_state(), plan, ground=known_ground(plan, heights=spot))
 
     def optimize(self, x0, plan: FootholdPlan, stamp: float = 0.0, ground: KnownGround | None = None) -> SwingPlan:
         """Returns the reference from state ``x0`` (24,) along ``plan``. Default of ``ground``: what the plan knows."""
@@ -188,7 +194,7 @@ class SwingOptimizer:
         landing = self._landing_error(solution.X[-1], setup)
         report = SwingReport(
             setup.legs,
-            self._verdict(solution, landing),
+            self._verdict(solution, landing, setup.ground.heights),
             solution.iterations,
             solution.cost,
             solution.constraint_violation,
@@ -198,14 +204,27 @@ class SwingOptimizer:
         )
         return task, (solution.X, solution.U), splines, report
 
-    def _verdict(self, solution, landing):
+    def _verdict(self, solution, landing, heights):
         """The status of a SwingReport."""
         violation = solution.constraint_violation
         if not np.isfinite(violation) or violation > self.config.max_violation:
             return f"optimisation failed ({solution.status}, constraints violated by {violation:.2g})"
         if landing > self.config.max_landing_error:
             return f"a foot would land {100 * landing:.1f} cm from its foothold"
+        too_near = self._too_near_a_thigh(solution.X, heights)
+        if too_near:
+            return too_near
         return "converged" if solution.success else "unconverged"
+
+    def _too_near_a_thigh(self, states, heights):
+        """Says which knee would hit the ground; one that is close to it already may stay: else no step led away."""
+        room = room_below_thighs(self.robot, states, heights)
+        at_first = room_below_thighs(self.robot, states[:1], heights)
+        short = np.minimum(self.config.thigh_clearance, at_first - _GIVES_WAY) - room
+        leg = int(np.argmax(short))
+        if short[leg] <= 0.0:
+            return ""
+        return f"the {Leg(leg).name} knee would come within {100 * room[leg]:.1f} cm of the ground"
 
     def _refine(self, tasks, pieces, setups):
         """Returns states and inputs of the whole plan after some more iterations over all swings at once, or None.

@@ -8,6 +8,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.terrain.penetration import sphere_depths
 from quadpips_drake.terrain.terrain import Box, Terrain, pose
@@ -60,9 +61,9 @@ def test_the_plan_ends_at_rest_before_a_swing_that_fails(optimizer, trot, monkey
     verdict = SwingOptimizer._verdict
     third = plan.stances[3].footholds[plan.swing_legs[2][0]] + [0.0, 0.0, optimizer.robot.foot_radius]
 
-    def refusing(self, solution, landing):
+    def refusing(self, solution, landing, heights):
         foot = self.model.foot_positions(solution.X[-1])[plan.swing_legs[2][0]]
-        return "no" if np.linalg.norm(foot - third) < 0.02 else verdict(self, solution, landing)
+        return "no" if np.linalg.norm(foot - third) < 0.02 else verdict(self, solution, landing, heights)
 
     monkeypatch.setattr(SwingOptimizer, "_verdict", refusing)
     result = optimizer.optimize(optimizer.model.nominal_state(), plan)
@@ -251,3 +252,20 @@ def test_bad_configuration():
         TargetConfig(samples=0)
     with pytest.raises(UserInputError, match="time_step"):
         SwingOptimizerConfig(time_step=0.0)
+
+
+def test_a_swing_whose_torso_sets_a_knee_on_the_ground_is_refused():
+    optimizer = SwingOptimizer(load_robot("go2"))
+    plan, start = uneven_plan(optimizer.robot, step=STEPS["go2"], swings=1), optimizer.model.nominal_state()
+    x = optimizer.optimize(start, plan).reference.states[-1]
+    stands = next(leg for leg in Leg if leg not in plan.swing_legs[0])
+    knee = x[6:9] + rotation_from_rpy(x[9:12]) @ optimizer.robot.link_poses_B(x[12:])[1][3 * stands + 3]
+    heights = np.full((9, 9), np.nan, np.float32)
+    heights[3:6, 3:6] = knee[2] - 0.005
+    tower = GroundHeights(0.0, knee[:2] - 0.045, 0.01, heights)
+    low = replace(tower, height=heights - np.float32(0.15))
+    lenient = SwingOptimizer(optimizer.robot, replace(optimizer.config, thigh_clearance=-1.0))
+    refused = optimizer.optimize(start, plan, ground=KnownGround((), tower))
+    assert not refused.success and f"the {stands.name} knee" in refused.reason
+    assert optimizer.optimize(start, plan, ground=KnownGround((), low)).success
+    assert lenient.optimize(start, plan, ground=KnownGround((), tower)).success
