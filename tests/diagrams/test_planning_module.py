@@ -15,11 +15,11 @@ def test_the_search_goes_on_around_a_swing_that_is_refused(monkeypatch):
     module = PlanningModule(robot)
     verdict = SwingOptimizer._verdict
 
-    def refusing_the_first(self, solution, landing):
+    def refusing_the_first(self, solution, landing, heights):
         feet = self.model.foot_positions(solution.X[-1])
         if not refused:
             refused.append(feet)
-        return "no" if np.abs(feet - refused[0]).max() < 0.03 else verdict(self, solution, landing)
+        return "no" if np.abs(feet - refused[0]).max() < 0.03 else verdict(self, solution, landing, heights)
 
     monkeypatch.setattr(SwingOptimizer, "_verdict", refusing_the_first)
     simulator = Simulator(module)
