@@ -211,12 +211,11 @@ class SwingOptimizer:
             return f"optimisation failed ({solution.status}, constraints violated by {violation:.2g})"
         if landing > self.config.max_landing_error:
             return f"a foot would land {100 * landing:.1f} cm from its foothold"
-        too_near = self._too_near_a_thigh(solution.X, heights)
-        if too_near:
-            return too_near
+        if hit := self._knee_hit(solution.X, heights):
+            return hit
         return "converged" if solution.success else "unconverged"
 
-    def _too_near_a_thigh(self, states, heights):
+    def _knee_hit(self, states, heights):
         """Says which knee would hit the ground; one that is close to it already may stay: else no step led away."""
         room = room_below_thighs(self.robot, states, heights)
         at_first = room_below_thighs(self.robot, states[:1], heights)
