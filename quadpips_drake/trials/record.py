@@ -62,7 +62,7 @@ def record_trial(
         overwrite: whether earlier results in ``out`` may be replaced.
         profile: whether to write profile.html and profile.json: where the computing time of the simulation went.
         explain: whether to write explain.html: how each plan came about, and what went wrong at the end.
-        report: whether to write report.html: how it went, and why it failed.
+        report: whether to write report.html: how it went, and why it failed (the most likely cause is in the result anyway).
         rerun: file of Rerun (.rrd) to write; None: none.
         meshcat: a Meshcat to show the trial in while it runs; made when a recording is wanted.
         progress: called with the simulated time [s] now and then; announce: told what goes on before and after that.
@@ -156,7 +156,7 @@ def _simulate(
     with undisturbed():
         announce("writing")
         result = _told(trial)
-        reported = TrialReport(trial, result, directory.path) if report else None
+        reported = TrialReport(trial, result, directory.path)  # enters the cause of a failure into the result
         files = {"result.json": result.save, "log.npz": trial.log.save, **trial.further_files()}
         if trial.traceback:
             files["error.txt"] = lambda path: write_text(path, trial.traceback)
@@ -173,7 +173,7 @@ def _simulate(
             files["profile.html"] = lambda path: found().save_html(path)
         if recorder is not None:  # after all else of it: the simulation may go on
             files["recording.html"] = lambda path: _save_recording(trial, recorder, story, path)
-        if reported is not None:
+        if report:
             files[REPORT] = reported.save  # last: it links to the others
         failures = _write(files, directory)
     if interrupt is not None:

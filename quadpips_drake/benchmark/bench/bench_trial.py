@@ -9,6 +9,7 @@ import numpy as np
 from quadpips_drake.benchmark.bench.rows import BenchTrial, row_of
 from quadpips_drake.benchmark.bench.settings import BenchSettings, TrialSpec
 from quadpips_drake.trials.loading import load_config
+from quadpips_drake.trials.reporting.report import TrialReport
 from quadpips_drake.trials.trial import Trial, TrialConfig, run_trial
 from quadpips_drake.trials.warming.warm_up import warm_up
 
@@ -28,8 +29,9 @@ def run_bench_trial(spec: TrialSpec, settings: BenchSettings, record: bool = Fal
     warm_up()
     trial = Trial(config)
     trial.run()
-    result, arrays = trial.result(), trial.log.arrays()
-    return BenchTrial(row_of(spec, result, digest_of(arrays)))
+    result = trial.result()
+    TrialReport(trial, result, Path())  # enters the cause of a failure
+    return BenchTrial(row_of(spec, result, digest_of(trial.log.arrays())))
 
 
 def config_of(spec: TrialSpec, settings: BenchSettings) -> TrialConfig:

@@ -18,6 +18,8 @@ from quadpips_drake.trials.result import TrialResult
 
 SETTINGS = BenchSettings(courses=[Course("anymal_c", "ramp_10"), Course("anymal_c", "stairs")], trials=6, seed=3)
 """Twelve trials."""
+CAUSE = {"cause": "push", "time": 4.04, "text": "60 N s", "system": "push", "keys": ["pushes"], "weight": 0.9}
+"""Of those that fall."""
 
 
 def fake_row(spec: TrialSpec, *, bits: str = "") -> dict:
@@ -27,6 +29,7 @@ def fake_row(spec: TrialSpec, *, bits: str = "") -> dict:
         success=success,
         reason="goal_reached" if success else "fell",
         detail="" if success else "roll | pitch reached 0.81 rad",
+        cause={} if success else CAUSE,
         robot=spec.robot,
         terrain=spec.terrain,
         planner=spec.planner,

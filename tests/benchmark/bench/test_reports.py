@@ -19,6 +19,7 @@ def test_the_page_needs_nothing_beside_it(tmp_path):
     assert page.count('src="data:image/png;base64,') == 2
     assert not re.search(r'(src|href)="(?!data:|recordings/)', page)
     assert "<td>4/6</td>" in page and "<td>roll | pitch reached 0.81 rad</td>" in page
+    assert page.count("<td>push, since 4.0 s: 60 N s</td>") == 4
     for name in ("progress-anymal_c.png", "timings-anymal_c.png"):
         assert f"]({name})" in (tmp_path / SUMMARY).read_text()
         assert matplotlib.image.imread(tmp_path / name).std() > 0.05

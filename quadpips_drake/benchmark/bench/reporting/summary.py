@@ -132,13 +132,20 @@ def _failures(rows: list[dict]) -> str:
             f"{row['sim_time']:.1f} s",
             percent(row["progress"][-1][1]) if row["progress"] else "-",
             row["detail"],
+            _cause(row),
             recording_of(row),
         ]
         for row in failures
     ]
-    head = ["robot", "terrain", "planner", "seed", "reason", "after", "progress", "detail", "recording"]
+    head = ["robot", "terrain", "planner", "seed", "reason", "after", "progress", "detail", "most likely cause", "recording"]
     counted = ", ".join(f"{reason.replace('_', ' ')} {count}" for reason, count in reasons.most_common())
     return f"## Failures\n\n{len(failures)}: {counted}.\n\n{markdown_table(head, lines)}"
+
+
+def _cause(row: dict) -> str:
+    """What the post-mortem of a trial names first, and since when; benches of earlier versions have none."""
+    cause = row.get("cause")
+    return f"{cause['cause']}, since {cause['time']:.1f} s: {cause['text']}" if cause else "-"
 
 
 def recording_of(row: dict) -> str:
