@@ -28,12 +28,13 @@ CHARGED_TO = {
     "planning.footholds": ("foothold_search",),
     "planning.swings": ("swing_optimization",),
     "heuristic.reference": ("regions", "perceptive_reference"),
+    "motion_models.planner": ("foot_costmap", "command_search"),
     "tracking.mpc": ("centroidal_mpc",),
     "tracking.wbc": ("whole_body_control",),
 }
 """Whose computing times (keys of timings_ms) make up the latency of a stage: what is computed when a stage reads it (the
 egocan's cap, regions) is charged to its reader. Monitors and publisher take a tenth of a millisecond, and are not late."""
-_ELSEWHERE = ("elevation", "heuristic")
+_ELSEWHERE = ("elevation", "heuristic", "motion_models")
 """Sections of a region source and of planners that these runs need not have: they stay as they were measured."""
 _DIGITS = 4
 """Latencies are rounded to 0.1 ms."""
