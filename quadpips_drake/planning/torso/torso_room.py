@@ -21,6 +21,8 @@ _WORTH_A_LOOK = 0.5
 """Ground that is not even so much of the belly's height above the ground under the base is no obstacle [1]."""
 _BORDER = 0.8
 """How far obstacles may be from a pose that they are in the way of [m]: more than half a torso and its margin."""
+_UNSEEN = 0.5
+"""What was not seen so near to something high is taken to be as high [m]: of a wall beside the robot a camera sees a part."""
 
 
 @lru_cache(maxsize=32)
@@ -70,7 +72,7 @@ class HighGround:
     """The highest surfaces on the raster of a SupportMap."""
 
     top: np.ndarray
-    """Highest known surface in each cell [m], indexed [iy, ix]; -inf where nothing is known."""
+    """Highest surface in each cell [m], indexed [iy, ix], see ``_with_unseen``; -inf where nothing is known about it."""
     around: np.ndarray
     """... within _BORDER of it."""
 
@@ -95,8 +97,19 @@ class HighGround:
             inside[axis] = columns
         top = np.full(shape, -np.inf, np.float32)
         top[np.ix_(inside[1], inside[0])] = part.T
-        side = 2 * int(np.ceil(_BORDER / resolution)) + 1
-        return HighGround(top, cv2.dilate(top, np.ones((side, side), np.uint8), borderValue=-np.inf))
+        top = _with_unseen(top, resolution)
+        return HighGround(top, _highest_within(_BORDER, top, resolution))
+
+
+def _highest_within(distance: float, height: np.ndarray, resolution: float) -> np.ndarray:
+    """The highest cell of a raster within ``distance`` along both axes [m] of each."""
+    side = 2 * int(np.ceil(distance / resolution)) + 1
+    return cv2.dilate(height, np.ones((side, side), np.uint8), borderValue=-np.inf)
+
+
+def _with_unseen(height: np.ndarray, resolution: float) -> np.ndarray:
+    """A raster of heights in which cells of which nothing is known (-inf) are as high as the highest within _UNSEEN."""
+    return np.where(np.isneginf(height), _highest_within(_UNSEEN, height, resolution), height)
 
 
 @njit(cache=True, nogil=True)
@@ -142,19 +155,19 @@ class TorsoRoom:
         """
         Args:
             robot: RobotModel.
-            heights: of all surfaces; where it knows nothing, nothing is in the way.
+            heights: of all surfaces; what it does not know is no lower than what is around it, see ``_with_unseen``.
             clearance: what comes so near to the torso from below or from its sides is in its way [m].
         """
         low, high = body_corners(robot)
         self._heights, self._low, self._high = heights, low - clearance, high + clearance
         self._least = -self._low[2]
+        known = np.where(np.isnan(heights.height), np.float32(-np.inf), heights.height)
+        self._highest = _with_unseen(known, heights.cell) if known.size else known
 
     def __call__(self, p_WB: np.ndarray, rpy_WB: np.ndarray) -> bool:
         """Whether nothing is in the way there; position in W [m], (3,), and roll, pitch, yaw [rad], (3,)."""
-        ground = self._heights
-        return _has_room(
-            ground.height, ground.corner, ground.cell, p_WB, rotation_from_rpy(rpy_WB), self._low, self._high, self._least
-        )
+        corner, cell = self._heights.corner, self._heights.cell
+        return _has_room(self._highest, corner, cell, p_WB, rotation_from_rpy(rpy_WB), self._low, self._high, self._least)
 
 
 @njit(cache=True)

@@ -58,6 +58,7 @@ def test_high_ground_is_the_highest_in_each_cell_of_the_raster():
     rng = np.random.default_rng(0)
     values = rng.uniform(-1.0, 1.0, (120, 90)).astype(np.float32)
     values[rng.uniform(size=values.shape) < 0.3] = np.nan
+    values[40:80, 20:60] = np.nan
     known, origin, resolution = GroundHeights(0.0, np.array([0.013, -0.2]), CELL, values), np.array([0.1, -0.5]), 0.04
     top = HighGround.over(known, origin, resolution, (40, 20)).top
     expected = np.full((40, 20), -np.inf, np.float32)
@@ -65,6 +66,10 @@ def test_high_ground_is_the_highest_in_each_cell_of_the_raster():
         ix, iy = np.rint((known.corner + CELL * (np.array([i, j]) + 0.5) - origin) / resolution).astype(int)
         if 0 <= ix < 20 and 0 <= iy < 40:
             expected[iy, ix] = max(expected[iy, ix], values[i, j])
+    unseen, reach = np.argwhere(np.isneginf(expected)), 13  # cells of 0.04 m in 0.5 m
+    around = [expected[max(iy - reach, 0) : iy + reach + 1, max(ix - reach, 0) : ix + reach + 1].max() for iy, ix in unseen]
+    expected[tuple(unseen.T)] = around
+    assert len(unseen) > 50
     np.testing.assert_array_equal(top, expected)
     assert HighGround.over(known, np.array([9.0, 9.0]), resolution, (4, 4)) is None
 
@@ -101,3 +106,22 @@ def test_a_stance_has_room_for_the_torso_and_the_thighs_beside_it():
     assert room(np.array([1.0, 0.0, height + 0.6]), level), "above it"
     ramp = TorsoRoom(ROBOT, heights(lambda x, y: np.tan(SLOPE) * x), clearance=0.05)
     assert not ramp(np.array([0.0, 0.0, 0.35]), level) and ramp(np.array([0.0, 0.0, 0.35]), np.array([0.0, -SLOPE, 0.0]))
+
+
+def test_what_was_not_seen_beside_a_wall_is_taken_to_be_wall():
+    """A camera that looks ahead sees of a wall beside the robot the part further on alone."""
+
+    def wall_along_x(x, y):
+        seen_from = 0.4
+        known = np.where((abs(y + 0.6) < 0.7 * CELL) & (x > seen_from), 0.6, 0.0)
+        return np.where((y < -0.6 - 0.7 * CELL) | ((y < -0.5) & (x < seen_from)), np.nan, known)
+
+    known = heights(wall_along_x)
+    along, towards = (0.2, 0.0, 0.0), (0.0, -0.35, -0.5)
+    assert np.isfinite(penalty(known, along)).all()
+    assert penalty(known, towards) == [np.inf]
+    room = TorsoRoom(ROBOT, known, clearance=CONFIG.belly_clearance)
+    answers = [room(np.array([x, y, START[2]]), np.array([0.0, 0.0, yaw])) for x, y, yaw in (along, towards)]
+    assert answers == [True, False]
+    unseen = heights(lambda x, y: np.where(y < -0.5, np.nan, 0.0))
+    assert np.isfinite(penalty(unseen, towards)).all(), "nothing high near what was not seen"
