@@ -22,7 +22,7 @@ _WORTH_A_LOOK = 0.5
 _BORDER = 0.8
 """How far obstacles may be from a pose that they are in the way of [m]: more than half a torso and its margin."""
 _UNSEEN = 0.5
-"""What was not seen so near to something high is taken to be as high [m]: a camera sees a part of a wall beside the robot."""
+"""What was not seen so near to something high is taken to be as high [m]: a camera sees but a part of a wall beside it."""
 
 
 @lru_cache(maxsize=32)
