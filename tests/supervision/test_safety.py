@@ -48,7 +48,7 @@ def test_a_standing_robot_is_safe():
         (REST, True),
         (replace(REST, joint_velocities=np.full(12, 0.6)), False),
         (replace(REST, v_WB=np.array([0.0, 0.2, 0.0])), False),
-        (_tilted(0.5), False),
+        (_tilted(0.6), False),
     ],
 )
 def test_the_status_says_whether_the_robot_is_at_rest(state, rests):
@@ -56,7 +56,7 @@ def test_the_status_says_whether_the_robot_is_at_rest(state, rests):
 
 
 def test_tilt_first_aborts_and_then_counts_as_a_fall():
-    assert fall_reason(_tilted(0.5), ROBOT, SafetyConfig()) == ""
+    assert fall_reason(_tilted(0.6), ROBOT, SafetyConfig()) == ""
     assert "tilt" in fall_reason(_tilted(-0.9), ROBOT, SafetyConfig())
     folded = replace(REST, joint_positions=np.tile([0.0, 1.4, -2.7], 4) * np.repeat([1, 1, -1, -1], 3))
     assert "above its feet" in fall_reason(folded, ROBOT, SafetyConfig())
@@ -65,7 +65,7 @@ def test_tilt_first_aborts_and_then_counts_as_a_fall():
 @pytest.mark.parametrize(
     ("state", "patience", "event", "word"),
     [
-        (_tilted(0.5), 0.0, "attitude", "tilts"),
+        (_tilted(0.6), 0.0, "attitude", "tilts"),
         (replace(REST, joint_velocities=np.full(12, 20.0)), 0.2, "joint_speed", "speed limit"),
         (replace(REST, w_WB=np.array([0.0, 6.0, 0.0])), 0.2, "joint_speed", "base turns"),
         (replace(REST, joint_torques=np.array(ROBOT.effort_limits)), 0.2, "torque", "torque limit"),
