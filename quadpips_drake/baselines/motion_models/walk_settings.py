@@ -13,8 +13,9 @@ from quadpips_drake.control.references.velocity_reference import VelocityReferen
 
 MAX_ACCELERATION = 4.0
 """How fast the walk takes up a commanded velocity [m/s^2]; docs/motion_models.md says why not 0.5, as otherwise."""
-_NOT_THE_WALK = ("faults", "latency")
-"""Sections and keys that spoil a walk or make results late, for studies: what was learned is used as it is under them."""
+_NOT_THE_WALK = ("faults", "latency", "safety")
+"""Sections and keys that spoil a walk or make results late, for studies, or say when it is broken off: what was learned is
+used as it is under them."""
 
 
 def motion_models_walk() -> VelocityReferenceConfig:
