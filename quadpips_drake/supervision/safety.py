@@ -26,8 +26,8 @@ class SafetyConfig(StageConfig):
     """How often it looks at the robot [Hz]."""
 
     max_tilt: float = ranged(0.5, 0.01, 3.2)
-    """|roll| and |pitch| above which the robot counts as unstable [rad]: stances are planned with up to 0.35, and a walk needs
-    room above that. (15 degrees in the release's unused checker, which a ramp exceeds by itself.)"""
+    """|roll| and |pitch| above which the robot counts as unstable [rad]: stances are planned with up to 0.35. (15 degrees in
+    the release's unused checker, which a ramp exceeds by itself.)"""
     fall_tilt: float = ranged(0.8, 0.01, 3.2)
     """|roll| and |pitch| above which it has fallen [rad]."""
     min_height_ratio: float = ranged(0.5, 0.0, 1.0)
