@@ -76,7 +76,7 @@ class TorsoPlanner(Stage):
         """Loads the compiled code, so that the first search takes no longer than any other."""
         floor = RegionSet(0.0, (flat_region(0, np.zeros(3), 1.0, 0.6),))
         p_WB = np.array([0.0, 0.0, self._robot.nominal_base_height])
-        known = GroundHeights(0.0, np.zeros(2), 0.1, np.ones((5, 5), np.float32))
+        known = GroundHeights(0.0, np.zeros(2), 0.1, np.zeros((5, 5), np.float32))
         for distance in (0.3, 9.0):  # to the goal, and to a sub-goal instead
             search_torso_path(p_WB, 0.0, floor, np.array([distance, 0.0]), self._robot, self.config, heights=known)
 

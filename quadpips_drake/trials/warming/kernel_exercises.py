@@ -78,7 +78,7 @@ def planning() -> None:
     config = OracleRegionConfig(radius=1.5)
     everywhere = regions_from_terrain(load_terrain("flat"), robot.foot_radius, config)
     regions = RegionSet(0.0, nearby_regions(everywhere, state.p_WB, config.radius))
-    known = GroundHeights(0.0, np.zeros(2), 0.1, np.ones((5, 5), np.float32))
+    known = GroundHeights(0.0, np.zeros(2), 0.1, np.zeros((5, 5), np.float32))
     path = search_torso_path(state.p_WB, 0.0, regions, np.array([0.6, 0.0]), robot, TorsoConfig(), heights=known)
     has_room = TorsoRoom(robot, known, clearance=TorsoConfig().belly_clearance)
     search_footholds(state, regions, path, robot, FootholdConfig(), has_room=has_room)
