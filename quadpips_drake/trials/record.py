@@ -156,7 +156,8 @@ def _simulate(
     with undisturbed():
         announce("writing")
         result = _told(trial)
-        reported = TrialReport(trial, result, directory.path)  # enters the cause of a failure into the result
+        reported = TrialReport(trial, result, directory.path)
+        result.cause = reported.cause
         files = {"result.json": result.save, "log.npz": trial.log.save, **trial.further_files()}
         if trial.traceback:
             files["error.txt"] = lambda path: write_text(path, trial.traceback)

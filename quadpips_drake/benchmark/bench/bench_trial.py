@@ -30,7 +30,7 @@ def run_bench_trial(spec: TrialSpec, settings: BenchSettings, record: bool = Fal
     trial = Trial(config)
     trial.run()
     result = trial.result()
-    TrialReport(trial, result, Path())  # enters the cause of a failure
+    result.cause = TrialReport(trial, result, Path()).cause
     return BenchTrial(row_of(spec, result, digest_of(trial.log.arrays())))
 
 

@@ -90,7 +90,7 @@ class HighGround:
         if not len(inside[0]) or not len(inside[1]):
             return None
         part = heights.height[inside[0][0] : inside[0][-1] + 1, inside[1][0] : inside[1][-1] + 1]
-        part = np.where(np.isnan(part), np.float32(-np.inf), part)
+        part = _unknown_lowest(part)
         for axis in range(2):
             columns, first = np.unique(cells[axis][inside[axis]], return_index=True)
             part = np.maximum.reduceat(part, first, axis=axis)
@@ -99,6 +99,11 @@ class HighGround:
         top[np.ix_(inside[1], inside[0])] = part.T
         top = _with_unseen(top, resolution)
         return HighGround(top, _highest_within(_BORDER, top, resolution))
+
+
+def _unknown_lowest(height: np.ndarray) -> np.ndarray:
+    """Heights with -inf for NaN, so that the highest of several is the highest known one."""
+    return np.where(np.isnan(height), np.float32(-np.inf), height)
 
 
 def _highest_within(distance: float, height: np.ndarray, resolution: float) -> np.ndarray:
@@ -161,7 +166,7 @@ class TorsoRoom:
         low, high = body_corners(robot)
         self._heights, self._low, self._high = heights, low - clearance, high + clearance
         self._least = -self._low[2]
-        known = np.where(np.isnan(heights.height), np.float32(-np.inf), heights.height)
+        known = _unknown_lowest(heights.height)
         self._highest = _with_unseen(known, heights.cell) if known.size else known
 
     def __call__(self, p_WB: np.ndarray, rpy_WB: np.ndarray) -> bool:

@@ -23,7 +23,7 @@ class TrialReport:
     """Of a trial that has just ended; whatever goes wrong in here does not spoil the trial, but is told on the page."""
 
     def __init__(self, trial, result: TrialResult, folder: Path):
-        """Args: the SimulatedTrial; its result, into which the ``cause`` is entered; where its files are."""
+        """Args: the SimulatedTrial; its result; where its files are."""
         self._record: TrialRecord | None = None
         self._found: PostMortem | None = None
         self._problem = ""
@@ -32,7 +32,11 @@ class TrialReport:
             self._found = post_mortem_of(self._record)
         except BREAKDOWNS:
             self._problem = traceback.format_exc()
-        result.cause = cause_of(self._found)
+
+    @property
+    def cause(self) -> dict:
+        """The most likely cause of a failure, for the result; empty where none was found."""
+        return cause_of(self._found)
 
     def save(self, path: Path) -> None:
         """Writes the page."""
