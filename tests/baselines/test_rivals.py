@@ -15,6 +15,7 @@ from quadpips_drake.trials.trial import Trial
 from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.values.status import PlannerPhase, SafetyStatus
 from tests.baselines.hand_made import floor
+from tests.compare_logs import differences
 
 RIVALS = ("s_mpc", "em_mpc", "lf_mpc")
 STATED = {
@@ -133,6 +134,21 @@ def test_without_any_regions_a_trial_ends_with_the_judges_reason():
     )
     trial.run()
     assert trial.result().reason == "timeout" and not trial.traceback
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rival", RIVALS)
+def test_same_seed_same_log_to_the_bit_with_a_second_thread_too(rival):
+    def log(threads):
+        noise = ("stages.perception.depth_noise.sigma=0.002",)
+        options = {"terrain": "stepping_stones", "duration": 1.8, "seed": 3, "threads": threads, "latency": "measured"}
+        trial = Trial(qp.load_config(planner=rival, sets=noise, **options))
+        trial.run()
+        return trial.log.arrays()
+
+    alone, beside = log(1), log(2)
+    assert not alone["contacts"][-50:].all(), "it is expected to walk by then"
+    assert not differences(alone, beside)
 
 
 @pytest.mark.slow
