@@ -96,6 +96,11 @@ class LatencySweep:
     latency: str = "measured"
     """The preset."""
 
+    def check(self) -> None:
+        """Raises UserInputError for a factor that makes a stage later than it may be."""
+        for factor in self.factors:
+            load_config(self.robot, terrain=self.terrains[0], latency=self.latency, latency_scale=factor)
+
     def jobs(self, done: dict) -> dict:
         """What has not been done, by key: terrain/factor/seed."""
         jobs = {}

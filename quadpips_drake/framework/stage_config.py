@@ -3,7 +3,7 @@
 from quadpips_drake.configuration.schema import configuration, ranged
 from quadpips_drake.errors import UserInputError
 
-MAX_LATE_RESULTS = 100
+MAX_LATE_RESULTS = 250
 """Most results of one stage that are on their way; some are megabytes."""
 
 

@@ -1,5 +1,7 @@
 """From computing times to a preset, and from runs with scaled latencies to rates and their intervals."""
 
+from inspect import signature
+
 import numpy as np
 import pytest
 import yaml
@@ -8,6 +10,7 @@ from typer.testing import CliRunner
 import quadpips_drake as qp
 from quadpips_drake.benchmark import latency_study as study
 from quadpips_drake.benchmark.latency_picture import clopper_pearson, sweep_figure
+from quadpips_drake.cli.evaluation.evaluate_latency import latency_sweep
 from quadpips_drake.cli.main import app
 
 TIMES = {
@@ -72,6 +75,12 @@ def test_nothing_is_run_twice():
     assert list(sweep.jobs(SWEEP)) == ["flat/1/0", "flat/1/1", "stairs/0.5/0", "stairs/0.5/1"]
 
 
+@pytest.mark.parametrize("robot", ["anymal_c", "go2"])
+def test_stages_may_be_as_late_as_the_command_asks_by_itself(robot):
+    factors = tuple(float(word) for word in signature(latency_sweep).parameters["factors"].default.split(","))
+    study.LatencySweep(robot, ("flat",), factors, (0,)).check()
+
+
 def test_intervals_of_rates_are_exact():
     low, high = clopper_pearson(np.array([0.0, 4.0, 5.0]), np.array([5.0, 5.0, 5.0]))
     np.testing.assert_allclose(low, [0.0, 0.2836, 0.4782], atol=1e-4)
@@ -92,6 +101,7 @@ def test_the_picture_shows_each_terrain(tmp_path):
         (["latency", "--terrains", "moon"], "moon"),
         (["latency-sweep", "--factors", "1,x"], "--factors '1,x' is not of the form"),
         (["latency-sweep", "--factors", "nan"], "--factors 'nan' is not of the form"),
+        (["latency-sweep", "--factors", "1,20"], "latency must be"),
         (["latency-sweep", "--latency", "papr"], "unknown latency 'papr'"),
         (["latency-sweep", "--seeds", "-1"], "--seeds '-1' is not of the form"),
     ],

@@ -78,6 +78,7 @@ def latency_sweep(
     known, names, numbers = known_robots(robot), _known_terrains(terrains), known_seeds(seeds)
     latency_layer(latency, known[0])  # or it says what is wrong with it
     sweep = study.LatencySweep(known[0], tuple(names), _known_factors(factors), tuple(numbers), latency)
+    sweep.check()
     with ResultDirectory(out, ()):
         done = sweep.run(out, load_results(out / study.STORE), workers=workers)
         if done.results:
