@@ -6,7 +6,7 @@ the paper is said in docs/motion_models.md.
 """
 
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -67,6 +67,8 @@ class CommandSearchConfig:
     """Positions of the base closer than this are one [m]."""
     accumulate: bool = False
     """Whether costs add up along a plan; the paper compares those of the last nodes alone."""
+    far_horizon: int = ranged(10, 1, MAX_STEPS)
+    """Steps of a plan of ``looking_further`` at least [1]."""
     max_expansions: int = ranged(400, 1, 20_000)
     """Nodes that are expanded at most [1]."""
 
@@ -123,7 +125,7 @@ class VelocityPlan(ImmutableValue):
     swing: int = 0
     """Which of PAIRS swings in the first step; they take turns."""
     cost: float = 0.0
-    """Of the first node [m]; of the last one if costs add up."""
+    """Of the first node [m]."""
     clearance: float = 0.0
     """Least distance of a planned foothold to unsafe cells [m]."""
     expansions: int = 0
@@ -164,7 +166,7 @@ class CommandSearch:
         self._models, self._config = models, config or CommandSearchConfig()
         self._acceleration, self._goal_tolerance = float(acceleration), goal_tolerance
         self._actions = _learned(self._config.actions(), models)
-        steps, least = self._config.horizon, self._config.clearance
+        steps, least = max(self._config.horizon, self._config.far_horizon), self._config.clearance
         self._clearances = [clearances(models, swing, steps, least, self._config.clearance_sigmas) for swing in (0, 1)]
 
     @property
@@ -176,6 +178,16 @@ class CommandSearch:
         """The same search with other models of the same walk."""
         other = copy(self)
         other._models = models
+        return other
+
+    def looking_further(self) -> "CommandSearch":
+        """The same search for a robot that treads on the spot: over more steps, with costs that add up.
+
+        Costs of last nodes alone do not tell a plan that goes now from one that stands first and goes then; whoever uses
+        the first command of each plan may find one of the second kind for ever.
+        """
+        other, c = copy(self), self._config
+        other._config = replace(c, horizon=max(c.horizon, c.far_horizon), accumulate=True)
         return other
 
     def plan(self, start: StepState, heights: np.ndarray, turn: float, costmap: FootCostmap, goal, line: Line, **labels):
@@ -208,7 +220,7 @@ class CommandSearch:
             bases=rows[:, kernels.NODE_POSITION].copy(),
             feet=_feet_of(rows, start.yaw),
             swing=start.swing,
-            cost=float(costs[-1] if self._config.accumulate else costs[1]),
+            cost=float(costs[1]),
             clearance=float(distances[1:].min()),
             expansions=expansions,
             elapsed=elapsed,

@@ -30,6 +30,13 @@ class VelocityPlannerConfig(StageConfig):
     """How long it waits for a map before it gives up [s]."""
     max_failures: int = ranged(8, 0, 1_000_000)
     """It gives up after more searches without result than this in a row [1]."""
+    patience: int = ranged(12, 1, 1_000_000)
+    """After so many plans in a row that have not brought it ``progress`` nearer to the goal it looks further ahead
+    (``search.far_horizon``), until they have [1]."""
+    progress: float = ranged(0.25, 0.01, 100.0)
+    """[m]"""
+    max_idle: int = ranged(60, 1, 1_000_000)
+    """It gives up after more plans in a row than this that have not [1]."""
     pause: float = ranged(1.0, 0.0, 100.0)
     """How long it stands after a stop because no foothold was safe [s]."""
     blind_speed: float = ranged(0.4, -1.0, 2.0)

@@ -3,7 +3,8 @@
 Of each plan the first command is used, as in the paper; then all is planned again. Where the search finds nothing, the rest
 of the last plan goes on, while its footholds are safe from where the robot is, on the newest map; where nothing is left of
 it, the robot takes the footholds that are furthest from unsafe cells; where none is safe, it stops. Each of these is
-counted. Of the walk this knows nothing: it sees the robot, the map and its own commands.
+counted. A robot that treads on the spot although there are plans looks further ahead. Of the walk this knows nothing: it
+sees the robot, the map and its own commands.
 """
 
 from dataclasses import dataclass, field, replace
@@ -25,6 +26,8 @@ from quadpips_drake.values.status import PlannerPhase, SafetyStatus
 
 FALLBACKS = {PlanKind.REST: "rest_of_last_plan", PlanKind.CLEAREST: "largest_clearance", PlanKind.STOP: "stopped"}
 """How fallbacks are called in a status."""
+STUCK = "stuck"
+"""How it is called there that the robot came no nearer to the goal and had to look further ahead."""
 _AT_GOAL = "the base is at the goal"
 _SAME_PLACE = 1e-3
 """[m]"""
@@ -58,6 +61,10 @@ class PlanningMemory(ImmutableValue):
     """Searches so far."""
     failures: int = 0
     """Of them without result, in a row."""
+    mark: float = np.inf
+    """Distance to the goal when the robot made progress last [m]."""
+    idle: int = 0
+    """Plans since then."""
     fallbacks: tuple[tuple[str, int], ...] = ()
     """(name, how often so far)."""
     broken_off: int = 0
@@ -111,7 +118,7 @@ class VelocityPlanning:
             memory = replace(memory, broken_off=memory.broken_off + 1)
             return self._standing(memory, PlannerPhase.RECOVERING, f"unstable: {safety.reason}")
         if not np.array_equal(goal, memory.goal):
-            memory = replace(memory, line=_line_to(goal, state), goal=np.array(goal, dtype=float))
+            memory = replace(memory, line=_line_to(goal, state), goal=np.array(goal, dtype=float), mark=np.inf, idle=0)
         if memory.gait == STANCE:
             return self._begun(memory, state, costmap)
         feet = self._robot.foot_positions_W(state)
@@ -197,12 +204,24 @@ class VelocityPlanning:
         return replace(memory, first_errors=errors, adaptation=adaptation)
 
     def _search_of(self, memory: PlanningMemory) -> CommandSearch:
-        """The search with what is believed now."""
-        return self._search if memory.adaptation is None else self._search.believing(memory.adaptation.models)
+        """The search with what is believed now, and as far ahead as it takes to get on."""
+        search = self._search if memory.adaptation is None else self._search.believing(memory.adaptation.models)
+        return search.looking_further() if memory.idle >= self._config.patience else search
+
+    def _getting_on(self, memory: PlanningMemory) -> PlanningMemory:
+        """With how long the robot has come no nearer to the goal."""
+        if memory.distance <= memory.mark - self._config.progress:
+            return replace(memory, mark=memory.distance, idle=0)
+        memory = replace(memory, idle=memory.idle + 1)
+        return _counting(memory, STUCK) if memory.idle == self._config.patience else memory
 
     def _searched(self, memory: PlanningMemory, heights: np.ndarray, turn: float, ground: FootCostmap) -> PlanningMemory:
         """With the command of a new plan, or of what takes its place."""
         question = memory.watch.state, heights, turn, ground, memory.goal, memory.line
+        memory = self._getting_on(memory)
+        if memory.idle > self._config.max_idle:
+            reason = f"{memory.idle} plans have brought it less than {self._config.progress:g} m nearer to the goal"
+            return self._standing(memory, PlannerPhase.NO_PLAN, reason)
         search = self._search_of(memory)
         plan = search.plan(*question, stamp=memory.stamp, id=memory.plan.id + 1)
         memory = replace(
@@ -220,15 +239,15 @@ class VelocityPlanning:
         left = memory.plan.commands[memory.used :]
         if memory.plan.found and len(left) and search.clearance_of(left, *question) > 0.0:
             rest = replace(memory.plan, id=plan.id, reason=plan.reason)
-            return self._with_command(_counting(memory, PlanKind.REST), rest, memory.used, turn)
+            return self._with_command(_counting(memory, FALLBACKS[PlanKind.REST]), rest, memory.used, turn)
         command, clearance = search.clearest(*question)
         if clearance <= 0.0:
             stopped = self._standing(
-                _counting(memory, PlanKind.STOP), PlannerPhase.PAUSING, f"no safe foothold: {plan.reason}"
+                _counting(memory, FALLBACKS[PlanKind.STOP]), PlannerPhase.PAUSING, f"no safe foothold: {plan.reason}"
             )
             return replace(stopped, plan=replace(plan, kind=PlanKind.STOP))
         plan = replace(plan, kind=PlanKind.CLEAREST, commands=command[None], clearance=clearance)
-        return self._with_command(_counting(memory, PlanKind.CLEAREST), plan, 0, turn)
+        return self._with_command(_counting(memory, FALLBACKS[PlanKind.CLEAREST]), plan, 0, turn)
 
     def _with_command(self, memory: PlanningMemory, plan: VelocityPlan, used: int, turn: float) -> PlanningMemory:
         """With the command number ``used`` of a plan."""
@@ -253,8 +272,8 @@ def _line_to(goal: np.ndarray, state: RobotState) -> Line:
     return Line(np.array(goal, dtype=float), float(heading))
 
 
-def _counting(memory: PlanningMemory, kind: PlanKind) -> PlanningMemory:
-    """With one more of a kind of fallbacks."""
+def _counting(memory: PlanningMemory, name: str) -> PlanningMemory:
+    """With one more of what a status calls by this name."""
     counts = dict(memory.fallbacks)
-    counts[FALLBACKS[kind]] = counts.get(FALLBACKS[kind], 0) + 1
+    counts[name] = counts.get(name, 0) + 1
     return replace(memory, fallbacks=tuple(counts.items()))

@@ -16,6 +16,8 @@ from tests.baselines.motion_models.planner.toy_walk import ToyRobot, ToyWalk
 from tests.baselines.motion_models.planner.worlds import ground, ideal, sluggish
 
 GOAL = (2.0, 0.0)
+GAP = (0.55, 0.70)
+"""[m]"""
 
 
 def walk_with(models=None, config=None, *, blind=False, **walk) -> ToyWalk:
@@ -144,6 +146,26 @@ def test_past_the_goal_and_aside_of_it_the_robot_stops():
     toy.step = replace(toy.step, position=np.array([GOAL[0] + 0.02, 0.15]))
     toy.walk(1.0, GOAL, kept(ground()))
     assert toy.memory.phase == PlannerPhase.GOAL_REACHED and toy.memory.distance < 0.25
+
+
+def test_a_robot_that_treads_on_the_spot_looks_further_ahead():
+    """Out of standing three steps do not lead over the gap: each plan stands first."""
+    short, world = CommandSearchConfig(horizon=3), kept(ground([GAP]))
+    toy = walk_with(config=VelocityPlannerConfig(search=short, patience=1000, max_idle=1000))
+    toy.walk(20.0, GOAL, world)
+    assert toy.memory.phase == PlannerPhase.WALKING and toy.step.position[0] < GAP[0] and not toy.memory.fallbacks
+    toy = walk_with(config=VelocityPlannerConfig(search=short))
+    toy.walk(30.0, GOAL, world, until=lambda memory: memory.phase == PlannerPhase.GOAL_REACHED)
+    assert toy.memory.phase == PlannerPhase.GOAL_REACHED and dict(toy.memory.fallbacks) == {"stuck": 1}
+    footholds = np.array(toy.footholds)
+    assert not ((footholds[:, 0] > GAP[0]) & (footholds[:, 0] < GAP[1])).any()
+
+
+def test_where_that_does_not_help_either_it_gives_up():
+    toy = walk_with()
+    toy.walk(40.0, GOAL, kept(ground([(0.6, 1.0)])), until=lambda memory: memory.gave_up)
+    assert toy.memory.gave_up and toy.memory.reason == "61 plans have brought it less than 0.25 m nearer to the goal"
+    assert toy.memory.gait == "stance" and not toy.memory.command.any()
 
 
 def test_the_clearest_step_is_taken_where_nothing_is_left_of_a_plan():
