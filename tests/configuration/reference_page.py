@@ -24,6 +24,11 @@ _RIVAL = """\
 `quadpips run --planner s_mpc`, see [baselines.md](baselines.md): what it has beside that, or with another default.
 """
 
+_MOTION_MODELS = """## A run by velocity commands
+
+`quadpips run --planner motion_models`, see [motion_models.md](motion_models.md): what it has beside a run, or other than it.
+"""
+
 
 def page() -> str:
     """The whole page."""
@@ -38,6 +43,8 @@ def page() -> str:
             reference(TrialConfig(planner="em_mpc"), without=TrialConfig(planner="s_mpc")),
             "`--planner lf_mpc`: likewise.\n",
             reference(TrialConfig(planner="lf_mpc"), without=TrialConfig(planner="s_mpc")),
+            _MOTION_MODELS,
+            reference(TrialConfig(planner="motion_models"), without=TrialConfig()),
             "## A walk\n\n`quadpips walk`: what a run has not, or has with another default.\n",
             reference(WalkTrialConfig(), without=TrialConfig()),
             "## A dataset\n\n`quadpips dataset`: recorded in `manifest.json`.\n",

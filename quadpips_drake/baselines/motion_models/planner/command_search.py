@@ -68,7 +68,7 @@ class CommandSearchConfig:
     accumulate: bool = False
     """Whether costs add up along a plan; the paper compares those of the last nodes alone."""
     far_horizon: int = ranged(10, 1, MAX_STEPS)
-    """Steps of a plan of ``looking_further`` at least [1]."""
+    """Least number of steps of a plan for a robot that treads on the spot [1]."""
     max_expansions: int = ranged(400, 1, 20_000)
     """Nodes that are expanded at most [1]."""
 

@@ -31,12 +31,12 @@ class VelocityPlannerConfig(StageConfig):
     max_failures: int = ranged(8, 0, 1_000_000)
     """It gives up after more searches without result than this in a row [1]."""
     patience: int = ranged(12, 1, 1_000_000)
-    """After so many plans in a row that have not brought it ``progress`` nearer to the goal it looks further ahead
-    (``search.far_horizon``), until they have [1]."""
+    """After so many plans in a row without ``progress`` it looks further ahead (``search.far_horizon``) until it gets on
+    [1]."""
     progress: float = ranged(0.25, 0.01, 100.0)
-    """[m]"""
+    """How much nearer to the goal counts as getting on [m]."""
     max_idle: int = ranged(60, 1, 1_000_000)
-    """It gives up after more plans in a row than this that have not [1]."""
+    """It gives up after more plans in a row than this without ``progress`` [1]."""
     pause: float = ranged(1.0, 0.0, 100.0)
     """How long it stands after a stop because no foothold was safe [s]."""
     blind_speed: float = ranged(0.4, -1.0, 2.0)
