@@ -53,10 +53,9 @@ def write_json(path: Path, content: dict) -> None:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Writes ``content`` to ``path`` at once, as ``write_json`` does."""
-    unfinished = Path(path).with_name(f".{Path(path).name}.new")
-    unfinished.write_bytes(content)
-    unfinished.replace(path)
+    """Writes ``content`` to ``path`` at once, see ``replacing``."""
+    with replacing(path) as unfinished:
+        unfinished.write_bytes(content)
 
 
 def read_bytes(path: str | Path, source: str = "", max_bytes: int = MAX_BYTES) -> bytes:

@@ -41,6 +41,7 @@ def test_from_the_search_to_a_network(at_once, tmp_path):
     assert status == 0 and "480 swings of 40 walks" in said and at_once == list(range(40))
     manifest = json.loads((data / "manifest.json").read_text())
     assert [walk["seed"] for walk in manifest["walks"]] == list(range(2000, 2040)) and manifest["robot"] == "anymal_c"
+    assert {path.name for path in data.iterdir()} == {"manifest.json", "swings.npz"}
     assert quadpips("learned-footholds", "collect", "--rounds", 5, "--out", data)[0] == 2  # holds data already
     status, said, _ = quadpips("learned-footholds", "train", "--data", data, "--out", model)
     assert status == 0 and "swings: 288 train, 96 val, 96 test" in said

@@ -9,7 +9,7 @@ import numpy as np
 from quadpips_drake.baselines.learned_footholds.network import OUTPUTS
 from quadpips_drake.baselines.learned_footholds.swing_view import INPUTS
 from quadpips_drake.errors import UserInputError
-from quadpips_drake.files import read_json, write_json
+from quadpips_drake.files import read_json, replacing, write_json
 
 MANIFEST, ROWS, FORMAT, VERSION = "manifest.json", "swings.npz", "quadpips learned footholds data", 1
 SPLITS = ("train", "val", "test")
@@ -45,12 +45,22 @@ class Swings:
         shaped = (table.reshape(-1, width) for table, width in zip(tables, (INPUTS, OUTPUTS, OUTPUTS), strict=True))
         return Swings(*shaped, np.array(walk, dtype=np.int64))
 
+    @staticmethod
+    def joined(parts: list["Swings"]) -> "Swings":
+        """Those of all ``parts``, one after the other; at least one."""
+        return Swings(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Swings)))
+
 
 def save_swings(directory: Path, swings: Swings, manifest: dict) -> None:
     """Writes both files; ``manifest``: robot, cell, walks with their splits, and what else there is to tell."""
-    with (Path(directory) / ROWS).open("wb") as file:
-        np.savez(file, **{part.name: getattr(swings, part.name) for part in fields(swings)})
+    write_rows(Path(directory) / ROWS, swings)
     write_json(Path(directory) / MANIFEST, {"format": FORMAT, "version": VERSION, **manifest})
+
+
+def write_rows(path: Path, swings: Swings) -> None:
+    """Writes a file of rows alone, at once."""
+    with replacing(path) as unfinished, unfinished.open("wb") as file:
+        np.savez(file, **{part.name: getattr(swings, part.name) for part in fields(swings)})
 
 
 def read_swings(directory: Path) -> tuple[Swings, dict]:
@@ -65,7 +75,7 @@ def read_swings(directory: Path) -> tuple[Swings, dict]:
     splits = [walk.get("split") for walk in manifest.get("walks", ()) if isinstance(walk, dict)]
     if not all(isinstance(manifest.get(key), kind) for key, kind in wanted.items()) or not set(splits) <= set(SPLITS):
         raise UserInputError(f"--data {directory}: {MANIFEST} is damaged; {ADVICE}")
-    swings = _read_rows(directory / ROWS)
+    swings = read_rows(directory / ROWS)
     if len(splits) != len(manifest["walks"]) or not ((swings.walk >= 0) & (swings.walk < len(splits))).all():
         raise UserInputError(f"--data {directory}: {ROWS} and {MANIFEST} do not belong together; {ADVICE}")
     return swings, manifest
@@ -77,7 +87,8 @@ def split_of(swings: Swings, manifest: dict, split: str) -> Swings:
     return swings.chosen(chosen[swings.walk])
 
 
-def _read_rows(path: Path) -> Swings:
+def read_rows(path: Path) -> Swings:
+    """Reads a file of rows alone; UserInputError where it is missing or not sound."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise UserInputError(f"{path}: larger than {MAX_BYTES / 1e6:g} MB")

@@ -5,14 +5,19 @@ are none of them: seeds begin at 1000. A beam, in whatever shape, is not among t
 """
 
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
+from quadpips_drake.baselines.learned_footholds.swing_data import MANIFEST, Swings, read_rows, write_rows
 from quadpips_drake.baselines.learned_footholds.swing_view import patch_cell, swing_view
 from quadpips_drake.baselines.region_projection import best_foothold, leg_penalty
 from quadpips_drake.diagrams.planning_module import PlanningConfig
 from quadpips_drake.errors import UserInputError
+from quadpips_drake.files import read_json, write_json
 from quadpips_drake.math.angles import wrap_angle
 from quadpips_drake.math.rotations import rotation_from_rpy
 from quadpips_drake.perception.regions.oracle_regions import (
@@ -26,6 +31,7 @@ from quadpips_drake.planning.footholds.stance_transitions import pose_of_stance_
 from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.planning.region_table import in_convex_polygon, make_region_table, outline_table
 from quadpips_drake.planning.torso.torso_search import search_torso_path
+from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.robot_model import RobotModel
 from quadpips_drake.robots.standing import standing_state
 from quadpips_drake.terrain.library import load_terrain
@@ -36,9 +42,12 @@ from quadpips_drake.trials.loading import load_config
 from quadpips_drake.values.plans import FootholdPlan, Stance
 from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.values.robot_state import RobotState
+from quadpips_drake.worker_pool import JobFailed, Outcome, run_jobs
 
 FIRST_SEED = 1000
 """Smaller ones are left to trials."""
+UNFINISHED = "unfinished"
+"""Folder beside the data, for the walks of a collection that has not come to its end."""
 TERRAINS = {
     "flat": None,
     "bumps": (0.01, 0.06),
@@ -95,15 +104,68 @@ def manifest_of(robot: RobotModel, courses: list[PlannedCourse], seed: int) -> d
     return {"robot": robot.name, "cell": patch_cell(robot), "gait": GAIT, "seed": seed, "walks": walks}
 
 
-def collect(robot: RobotModel, courses: list[PlannedCourse]) -> Iterator[list[tuple]]:
-    """Yields the rows of each course, see ``Swings.of``."""
-    planning = load_config(robot).stages.planning
-    for course in courses:
-        rng = np.random.default_rng([course.seed, 37])
-        bounds = TERRAINS[course.terrain]
-        difficulty = None if bounds is None else float(rng.uniform(*bounds))
-        terrain = load_terrain(course.terrain, seed=course.seed, difficulty=difficulty)
-        yield course_rows(robot, planning, terrain, rng, course.number)
+def collect(
+    robot: RobotModel, courses: list[PlannedCourse], seed: int, folder: Path, *, workers: int = 1, resume: bool = False
+) -> Iterator[int]:
+    """Walks the ``courses``, each into a file of its own in ``folder``; yields how many there are, at first and after each.
+
+    With ``resume`` those are kept that an interrupted call with the same arguments has left there. More than one of
+    ``workers`` are processes; the rows are the same for any number of them.
+
+    Raises:
+        UserInputError: the folder holds other walks, or some and ``resume`` is not set.
+        JobFailed: at the end, when walks are missing.
+    """
+    _claim(folder, manifest_of(robot, courses, seed), resume)
+    missing = [course for course in courses if not (folder / _name(course)).is_file()]
+    done, lost = len(courses) - len(missing), []
+    yield done
+    jobs = {course.number: partial(_walk_into, folder, robot.name, course) for course in missing}
+    here = (Outcome(number, job()) for number, job in jobs.items())
+    with closing(run_jobs(jobs, workers=workers) if workers > 1 else here) as outcomes:
+        for outcome in outcomes:
+            if isinstance(outcome.error, JobFailed):
+                lost.append(f"walk {outcome.key}: {outcome.error}")
+                continue
+            if outcome.error is not None:
+                raise outcome.error
+            done += 1
+            yield done
+    if lost:
+        raise JobFailed(f"{len(lost)} of {len(courses)} walks are missing ({lost[0]})")
+
+
+def collected(courses: list[PlannedCourse], folder: Path) -> Swings:
+    """The rows that ``collect`` has left in ``folder``, walk by walk."""
+    return Swings.joined([read_rows(folder / _name(course)) for course in courses])
+
+
+def _claim(folder: Path, manifest: dict, resume: bool) -> None:
+    """Makes the folder one of this collection."""
+    path = folder / MANIFEST
+    if path.exists():
+        if not resume:
+            raise UserInputError(
+                f"--out {folder.parent}: holds a collection that was interrupted; add --resume to go on with it, or give "
+                "another directory"
+            )
+        if read_json(path) != manifest:
+            raise UserInputError(f"--resume: the walks in {folder} were made with other options")
+    folder.mkdir(exist_ok=True)
+    write_json(path, manifest)
+
+
+def _name(course: PlannedCourse) -> str:
+    return f"walk_{course.number:04d}.npz"
+
+
+def _walk_into(folder: Path, robot_name: str, course: PlannedCourse) -> None:
+    """Walks one course and writes its rows."""
+    robot, rng, bounds = load_robot(robot_name), np.random.default_rng([course.seed, 37]), TERRAINS[course.terrain]
+    difficulty = None if bounds is None else float(rng.uniform(*bounds))
+    terrain = load_terrain(course.terrain, seed=course.seed, difficulty=difficulty)
+    rows = course_rows(robot, load_config(robot_name).stages.planning, terrain, rng, course.number)
+    write_rows(folder / _name(course), Swings.of(rows))
 
 
 def course_rows(robot: RobotModel, planning: PlanningConfig, terrain: Terrain, rng, number: int = 0) -> list[tuple]:

@@ -1,24 +1,31 @@
 """``quadpips learned-footholds collect``: answers of the foothold search, for 'train'."""
 
+import shutil
 import time
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from quadpips_drake.cli.console import messages, say, to_directory
+from quadpips_drake.cli.console import FAILURE, end_interrupted, messages, print_error, say, to_directory
 from quadpips_drake.cli.trials import Overwrite
+from quadpips_drake.cli.warming import compile_kernels
 from quadpips_drake.trials.result_directory import ResultDirectory
 
 EPILOG = """
 Examples:
 
-  quadpips learned-footholds collect --out data
+  quadpips learned-footholds collect --workers 2 --out data
+
+  quadpips learned-footholds collect --workers 2 --out data --resume   goes on after Ctrl-C
 
   quadpips learned-footholds collect --robot go2 --rounds 5 --seed 2000 --out data   a smaller set, of another robot
 
 Nothing is simulated: the search plans from stance to stance on regions that are known exactly. A round is one walk over each
 of eight kinds of terrain; seeds below 1000 are left to trials. Writes manifest.json and swings.npz into DIR.
+
+Exit status: 0 done, 1 something went wrong on the way (what is there is kept, --resume goes on), 2 bad input, 130 Ctrl-C.
 """
 
 
@@ -27,31 +34,54 @@ def collect(
     robot: Annotated[str, typer.Option(metavar="NAME", help="Which robot.")] = "anymal_c",
     rounds: Annotated[int, typer.Option(max=1000, metavar="N", help="Over all kinds of terrain, 5 or more.")] = 10,
     seed: Annotated[int, typer.Option(max=2**31 - 10_000, metavar="S", help="Of the first walk, 1000 or more.")] = 1000,
+    workers: Annotated[int, typer.Option(min=1, max=256, metavar="W", help="Walks at the same time.")] = 1,
+    resume: Annotated[bool, typer.Option("--resume", help="Keep what an interrupted call has made.")] = False,
     overwrite: Overwrite = False,
 ):
     """Let the foothold search walk over terrains, and take down each swing: what was there, and where the foot went."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    from quadpips_drake.baselines.learned_footholds.swing_data import MANIFEST, ROWS, Swings, save_swings
-    from quadpips_drake.benchmark.learned_footholds.collecting import collect as rows_of
-    from quadpips_drake.benchmark.learned_footholds.collecting import manifest_of, plan_courses
+    from quadpips_drake.baselines.learned_footholds.swing_data import MANIFEST, ROWS, save_swings
+    from quadpips_drake.benchmark.learned_footholds.collecting import UNFINISHED, collected, manifest_of, plan_courses
     from quadpips_drake.robots.robot_library import load_robot
 
-    started, rows = time.perf_counter(), []
+    started = time.perf_counter()
     model, courses = load_robot(robot), plan_courses(rounds, seed)
     with ResultDirectory(out, (MANIFEST, ROWS), overwrite=overwrite) as held:
-        columns = (
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("walks"),
-            TimeRemainingColumn(),
-        )
-        with Progress(*columns, console=messages) as progress:
-            bar = progress.add_task(f"{model.name}, swings: 0", total=len(courses))
-            for more in rows_of(model, courses):
-                rows += more
-                progress.update(bar, advance=1, description=f"{model.name}, swings: {len(rows)}")
+        if overwrite and not resume:
+            shutil.rmtree(out / UNFINISHED, ignore_errors=True)
+        compile_kernels()  # rather than in each of the workers
+        _collect_with_progress(model, courses, seed, out / UNFINISHED, workers, resume)
+        swings = collected(courses, out / UNFINISHED)
         held.clear()
-        save_swings(out, Swings.of(rows), manifest_of(model, courses, seed))
-    say(f"data:     {out}, {len(rows)} swings of {len(courses)} walks, {time.perf_counter() - started:.0f} s")
+        save_swings(out, swings, manifest_of(model, courses, seed))
+        shutil.rmtree(out / UNFINISHED)
+    say(f"data:     {out}, {len(swings)} swings of {len(courses)} walks, {time.perf_counter() - started:.0f} s")
+
+
+def _collect_with_progress(model, courses: list, seed: int, folder: Path, workers: int, resume: bool) -> None:
+    """Collects and shows a bar; an end before the end is one line that says what is there."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from quadpips_drake.benchmark.learned_footholds.collecting import collect as walks_of
+    from quadpips_drake.worker_pool import JobFailed
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("walks"),
+        TimeRemainingColumn(),
+    )
+    done = 0
+    try:
+        with closing(walks_of(model, courses, seed, folder, workers=workers, resume=resume)) as walks:
+            done = next(walks)  # a refusal comes before the bar
+            with Progress(*columns, console=messages) as progress:
+                bar = progress.add_task(model.name, completed=done, total=len(courses))
+                for done in walks:
+                    progress.update(bar, completed=done)
+    except KeyboardInterrupt as interrupt:
+        end_interrupted(interrupt, f"{done} of {len(courses)} walks lie in {folder}, --resume goes on")
+    except (OSError, JobFailed) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        print_error(f"{folder}: {reason}; {done} of {len(courses)} walks lie there, --resume goes on")
+        raise typer.Exit(FAILURE) from None

@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 
 from quadpips_drake.baselines.learned_footholds.swing_data import SPLITS, Swings
+from quadpips_drake.baselines.learned_footholds.swing_view import INPUTS
+from quadpips_drake.benchmark.learned_footholds import collecting
 from quadpips_drake.benchmark.learned_footholds.collecting import (
     FIRST_SEED,
     TERRAINS,
+    PlannedCourse,
+    collect,
+    collected,
     course_rows,
     plan_courses,
     plan_rows,
@@ -76,3 +81,42 @@ def test_it_asks_the_search_from_plan_to_plan_and_the_same_seed_gives_the_same_r
     assert len(first) >= 12 and np.array_equal(first.inputs, second.inputs) and np.array_equal(first.offsets, second.offsets)
     assert np.abs(first.inputs[:, :100]).max() < 1e-3  # level ground
     assert np.abs(first.offsets).max() < 0.3 and np.abs(first.offsets.mean(axis=0)).max() < 0.05
+
+
+@pytest.fixture
+def walked(monkeypatch):
+    """The search is not asked: each walk has three swings that are made up; the numbers of those walked, in their order."""
+    numbers = []
+
+    def rows(robot, planning, terrain, rng, number):
+        numbers.append(number)
+        return [(rng.standard_normal(INPUTS), rng.standard_normal(2), np.zeros(2), number) for _ in range(3)]
+
+    monkeypatch.setattr(collecting, "course_rows", rows)
+    return numbers
+
+
+def test_a_collection_that_was_interrupted_goes_on(robot, walked, tmp_path):
+    courses = plan_courses(5, 1000)
+    whole, part = tmp_path / "whole", tmp_path / "part"
+    assert list(collect(robot, courses, 1000, whole)) == list(range(41))
+    walks = collect(robot, courses, 1000, part)
+    assert [next(walks) for _ in range(8)] == list(range(8))
+    walks.close()
+    with pytest.raises(UserInputError, match="add --resume"):
+        next(collect(robot, courses, 1000, part))
+    with pytest.raises(UserInputError, match="made with other options"):
+        next(collect(robot, plan_courses(5, 2000), 2000, part, resume=True))
+    walked.clear()
+    assert list(collect(robot, courses, 1000, part, resume=True)) == list(range(7, 41)) and walked == list(range(7, 40))
+    first, second = (collected(courses, folder) for folder in (whole, part))
+    assert len(first) == 120 and all(np.array_equal(getattr(first, k), getattr(second, k)) for k in vars(first))
+
+
+@pytest.mark.slow
+def test_the_rows_are_the_same_with_two_workers(robot, tmp_path):
+    courses = [PlannedCourse(number, "flat", 1000 + number, "train") for number in range(2)]
+    for workers in (1, 2):
+        assert list(collect(robot, courses, 1000, tmp_path / str(workers), workers=workers)) == [0, 1, 2]
+    first, second = (collected(courses, tmp_path / str(workers)) for workers in (1, 2))
+    assert len(first) > 20 and all(np.array_equal(getattr(first, k), getattr(second, k)) for k in vars(first))
