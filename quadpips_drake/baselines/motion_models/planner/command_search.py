@@ -71,6 +71,8 @@ class CommandSearchConfig:
     """Least number of steps of a plan for a robot that treads on the spot [1]."""
     max_expansions: int = ranged(400, 1, 20_000)
     """Nodes that are expanded at most [1]."""
+    far_expansions: int = ranged(4000, 1, 20_000)
+    """... for a robot that treads on the spot, if this is more [1]."""
 
     def __post_init__(self):
         if self.max_speed < self.min_speed:
@@ -187,7 +189,8 @@ class CommandSearch:
         the first command of each plan may find one of the second kind for ever.
         """
         other, c = copy(self), self._config
-        other._config = replace(c, horizon=max(c.horizon, c.far_horizon), accumulate=True)
+        horizon, expansions = max(c.horizon, c.far_horizon), max(c.max_expansions, c.far_expansions)
+        other._config = replace(c, horizon=horizon, accumulate=True, max_expansions=expansions)
         return other
 
     def plan(self, start: StepState, heights: np.ndarray, turn: float, costmap: FootCostmap, goal, line: Line, **labels):
