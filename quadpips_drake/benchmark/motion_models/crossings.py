@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from quadpips_drake.baselines.motion_models.model_file import load_models
 from quadpips_drake.baselines.motion_models.planner.variants import VARIANTS
 from quadpips_drake.benchmark.study_pool import Study, run_study
@@ -119,12 +121,21 @@ def cross_once(crossing: Crossing) -> dict:
         "touch_downs": footholds["touch_downs"],
         "unsafe": footholds["unsafe"],
         "deepest_m": footholds["deepest_m"],
+        "landings": landings(trial.log.arrays()),
         "replans": result.replans,
         "fallbacks": {name: count for name, count in result.fallbacks.items() if count},
         "planning": result.planning,
         "search_ms": result.timings_ms.get("command_search", {}),
         "costmap_ms": result.timings_ms.get("foot_costmap", {}),
     }
+
+
+def landings(log: dict[str, np.ndarray]) -> list[list[float]]:
+    """Where feet came down on the way: leg, x, y in W [m, rounded to 1 mm] of each touch-down, of a log."""
+    contacts, feet = log["contacts"], log["foot_positions"]
+    samples, legs = np.nonzero(contacts[1:] & ~contacts[:-1])
+    places = np.round(feet[samples + 1, legs, :2], 3)
+    return [[int(leg), float(x), float(y)] for leg, (x, y) in zip(legs, places, strict=True)]
 
 
 def run_crossings(crossings: list[Crossing], folder: Path, results: dict, *, workers: int = 1) -> Study:

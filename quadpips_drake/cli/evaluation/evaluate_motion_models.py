@@ -44,13 +44,14 @@ def motion_models(
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Replace one value in all; may be repeated.")
     ] = None,
     workers: Workers = 1,
-    out: Annotated[Path, typer.Option(parser=to_directory, metavar="DIR", help="For crossings.json.")] = Path(
-        "out/motion_models"
-    ),
+    out: Annotated[
+        Path, typer.Option(parser=to_directory, metavar="DIR", help="For crossings.json and courses.png.")
+    ] = Path("out/motion_models"),
 ):
     """Cross gaps and steps with learned motion models and their rivals; print Table II of the paper with ours beside it."""
     from quadpips_drake.benchmark.motion_models import crossing_tables
     from quadpips_drake.benchmark.motion_models import crossings as study
+    from quadpips_drake.benchmark.motion_models.course_picture import save_course_picture
     from quadpips_drake.benchmark.study_pool import load_results
 
     chosen = (
@@ -67,6 +68,8 @@ def motion_models(
         results = load_results(out / study.STORE)
         compile_kernels()  # rather than in each of the workers
         done = study.run_crossings(crossings, out, results, workers=workers)
+        if save_course_picture(done.results, crossings, out / "courses.png"):
+            say(f"picture: {out / 'courses.png'}\n")
     if "learned" in chosen[3]:
         say(crossing_tables.table_2(done.results, crossings) + "\n")
     say(crossing_tables.table_of_crossings(done.results, crossings))

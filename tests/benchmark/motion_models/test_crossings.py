@@ -2,14 +2,18 @@
 
 import json
 
+import cv2
+import numpy as np
 import pytest
 
+from quadpips_drake.benchmark.motion_models.course_picture import save_course_picture, shown_crossings
 from quadpips_drake.benchmark.motion_models.crossing_tables import PAPER, pooled_errors, table_2, table_of_crossings
 from quadpips_drake.benchmark.motion_models.crossings import (
     TERRAINS,
     check_models,
     crossings_of,
     known_horizons,
+    landings,
     run_crossings,
 )
 from quadpips_drake.errors import UserInputError
@@ -88,6 +92,27 @@ def test_the_table_of_crossings_tells_success_from_clean_success():
     line = table_of_crossings(results, crossings).splitlines()[2]
     assert "| 2/2 (34 to 100 %) | 1/2 (9 to 91 %) | 1 of 120 | 8.0 | 30 | 4 |" in line
     assert table_of_crossings({}, crossings).count("\n") == 1
+
+
+def test_landings_are_where_feet_come_down_again():
+    contacts = np.ones((6, 4), bool)
+    contacts[1:3, 0] = contacts[2:5, 3] = False
+    feet = np.zeros((6, 4, 3))
+    feet[3, 0], feet[5, 3] = (0.51234, 0.2, 0.02), (-0.1, -0.25, 0.02)
+    assert landings({"contacts": contacts, "foot_positions": feet}) == [[0, 0.512, 0.2], [3, -0.1, -0.25]]
+
+
+def test_the_picture_shows_the_first_crossing_of_each_course(tmp_path):
+    crossings = crossings_of(["anymal_c", "go2"], ["gaps_symmetric"], [7], ["ideal", "learned"], ["oracle"], [3, 4])
+    landed = [[leg, 0.1 * k, 0.2 - 0.4 * (leg % 2)] for k, leg in enumerate((0, 1, 2, 3))]
+    results = {c.key: result(reason="goal_reached", landings=landed) for c in crossings if c.seed == 4 or c.robot == "go2"}
+    shown = shown_crossings(results, crossings)
+    assert [(c.robot, c.model, c.seed) for c in shown] == [("anymal_c", "learned", 4), ("go2", "learned", 3)]
+    assert save_course_picture(results, crossings, tmp_path / "courses.png")
+    height, width, _ = cv2.imread(str(tmp_path / "courses.png")).shape
+    assert width > 900 and height > 400
+    assert not save_course_picture({c.key: result() for c in crossings}, crossings, tmp_path / "none.png")
+    assert not (tmp_path / "none.png").exists(), "results of before have no touch-downs"
 
 
 def test_errors_are_weighted_by_steps():

@@ -29,6 +29,8 @@ MAP_REACH = 1.3
 """How far from the base the map is drawn along x and y [m]."""
 _SHOWN_UNSAFE = 0.3
 """An unsafe cell whose ground is further than this below that of the feet [m] is not drawn: a pit's floor."""
+_CLEAR = 0.1
+"""So far from unsafe cells a cell is green altogether [m]."""
 _MARK = 0.018
 """Radius of the mark where a foot came down [m]."""
 _OFF = 0.05
@@ -118,9 +120,13 @@ def costmap_points(costmap: FootCostmap, center: np.ndarray, level: float) -> Co
     with np.errstate(invalid="ignore"):
         shown = near & np.isfinite(height) & ((distance > 0.0) | (height > level - _SHOWN_UNSAFE))
     a, b = np.nonzero(shown)
-    clear = np.clip(distance[shown] / 0.1, 0.0, 1.0)[:, None]
+    positions = np.column_stack((x[a], y[b], height[shown] + LIFT))
+    return ColorPoints(positions, costmap_colors(distance[shown]), 0.8 * MAP_STRIDE * costmap.cell)
+
+
+def costmap_colors(distance: np.ndarray) -> np.ndarray:
+    """Red, green, blue (..., 3) of cells at ``distance`` (...) [m] from unsafe ones: red on these, yellow beside, green."""
+    clear = np.clip(distance / _CLEAR, 0.0, 1.0)[..., None]
     safe, unsafe = (np.array(REGION_COLORS[label]) for label in (Steppability.STEPPABLE, Steppability.NON_PASSABLE))
     warning = np.array(REGION_COLORS[Steppability.PASSABLE])
-    colors = np.where(clear > 0.0, warning + clear * (safe - warning), unsafe)
-    positions = np.column_stack((x[a], y[b], height[shown] + LIFT))
-    return ColorPoints(positions, colors, 0.8 * MAP_STRIDE * costmap.cell)
+    return np.where(clear > 0.0, warning + clear * (safe - warning), unsafe)
