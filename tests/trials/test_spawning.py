@@ -59,7 +59,7 @@ def test_the_camera_sees_an_element_from_its_time_on(world):
     assert spawner.advance(context, 4.0, NOTHING)
     now = image_of(station, context)
     seen = np.isfinite(before) & np.isfinite(now)
-    assert (before - now)[seen].max() > 0.1
+    assert (before[seen] - now[seen]).max() > 0.1
     assert GroundTruth(spawner.terrain).height(1.0, 0.0) == pytest.approx(0.2)
     assert not spawner.advance(context, 5.0, NOTHING), "it is there already"
 
