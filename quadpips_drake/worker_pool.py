@@ -17,7 +17,7 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Hashable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import connection, get_context, parent_process
 from typing import Any
@@ -94,6 +94,30 @@ def run_jobs(
             worker.process.kill()
         for worker in crew:
             worker.process.join()
+
+
+def results_of(jobs: dict[Hashable, Callable[[], Any]], *, workers: int, what: str) -> Iterator[Any]:
+    """Runs ``jobs`` and yields the result of each, in the order in which they end; whatever a job raises ends them all.
+
+    Args:
+        jobs: as for ``run_jobs``.
+        workers: processes at the same time; 0: the jobs are done in this process, one after the other.
+        what: what a job makes, in the plural, for the message.
+
+    Raises:
+        JobFailed: at the end, when jobs have no result because their processes ended.
+    """
+    lost, here = [], (Outcome(key, job()) for key, job in jobs.items())
+    with closing(run_jobs(jobs, workers=workers) if workers else here) as outcomes:
+        for outcome in outcomes:
+            if isinstance(outcome.error, JobFailed):
+                lost.append(f"{outcome.key}: {outcome.error}")
+            elif outcome.error is not None:
+                raise outcome.error
+            else:
+                yield outcome.value
+    if lost:
+        raise JobFailed(f"{len(lost)} of {len(jobs)} {what} are missing ({lost[0]})")
 
 
 def _timeout(crew: list["_Worker"]) -> float | None:

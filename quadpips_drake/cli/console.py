@@ -3,7 +3,8 @@
 import math
 import sys
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from pickle import UnpicklingError
 from typing import NoReturn
@@ -97,6 +98,39 @@ def end_interrupted(interrupt: KeyboardInterrupt, remark: str) -> NoReturn:
     """Ends the command with the exit status of an interruption; says so, and what is left (``remark``)."""
     messages.print(f"interrupted; {remark}", markup=False)
     raise typer.Exit(interruption.exit_status(interrupt)) from None
+
+
+def with_progress(pieces: Iterator[tuple[int, ...]], label: str, what: str, out: Path) -> tuple[int, ...]:
+    """Goes through what is collected piece by piece into a directory, and shows how far it is.
+
+    Args:
+        pieces: (done, in all, ...) at first and after each piece; what it refuses at first is left to the caller.
+        label: of the bar.
+        what: what the pieces are called, in the plural.
+        out: where they lie.
+
+    Returns: the last tuple. An interruption, a full disk or a dead process ends the command.
+    """
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from quadpips_drake.worker_pool import JobFailed
+
+    columns = (TextColumn(label), BarColumn(), MofNCompleteColumn(), TextColumn(what), TimeRemainingColumn())
+    now: tuple[int, ...] = (0, 0)
+    try:
+        with closing(pieces):
+            now = next(pieces)  # a refusal comes before the bar
+            with Progress(*columns, console=messages) as progress:
+                bar = progress.add_task(label, completed=now[0], total=now[1])
+                for now in pieces:
+                    progress.update(bar, completed=now[0])
+    except KeyboardInterrupt as interrupt:
+        end_interrupted(interrupt, f"{now[0]} of {now[1]} {what} lie in {out}, --resume goes on")
+    except (OSError, JobFailed) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        print_error(f"--out {out}: {reason}; {now[0]} of {now[1]} {what} lie there, --resume goes on")
+        raise typer.Exit(FAILURE) from None
+    return now
 
 
 def run_alone(command: Callable) -> None:

@@ -1,13 +1,12 @@
 """``quadpips dataset``: makes labelled depth images for the steppability network."""
 
 import time
-from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from quadpips_drake.cli.console import FAILURE, end_interrupted, messages, print_error, say, to_directory, writable_directory
+from quadpips_drake.cli.console import say, to_directory, with_progress, writable_directory
 from quadpips_drake.cli.warming import compile_kernels
 
 EPILOG = """
@@ -33,7 +32,7 @@ def dataset(
     swing_height: Annotated[float, typer.Option(metavar="H", help="Highest obstacle that a foot passes, m.")] = 0.15,
 ):
     """Make labelled depth images of random scenes, for 'quadpips train'."""
-    from quadpips_drake.learning.data_factory import plan_shards
+    from quadpips_drake.learning.data_factory import make_dataset, plan_shards
     from quadpips_drake.learning.dataset_config import DatasetConfig
     from quadpips_drake.learning.primitives import LabelPolicy
     from quadpips_drake.sensing.depth_camera import check_renderer
@@ -44,34 +43,10 @@ def dataset(
     check_renderer()
     compile_kernels()  # rather than in each of the workers
     started = time.perf_counter()
-    _make_with_progress(out, frames, seed, config, workers, resume)
+    with_progress(make_dataset(out, frames, seed, config, workers, resume), "dataset", "shards", out)
     say(f"dataset:  {out}, at least {frames} frames, seed {seed}, {time.perf_counter() - started:.0f} s")
     if preview:
         say(f"preview:  {_save_preview(out)}")
-
-
-def _make_with_progress(out: Path, frames: int, seed: int, config, workers: int, resume: bool) -> None:
-    """Makes the dataset and shows a bar; an end before the end is one line that says what is there."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    from quadpips_drake.learning.data_factory import make_dataset
-    from quadpips_drake.worker_pool import JobFailed
-
-    columns = (TextColumn("dataset"), BarColumn(), MofNCompleteColumn(), TextColumn("shards"), TimeRemainingColumn())
-    done = total = 0
-    try:
-        with closing(make_dataset(out, frames, seed, config, workers, resume)) as shards:
-            done, total = next(shards)  # a refusal comes before the bar
-            with Progress(*columns, console=messages) as progress:
-                bar = progress.add_task("dataset", completed=done, total=total)
-                for done, _ in shards:
-                    progress.update(bar, completed=done)
-    except KeyboardInterrupt as interrupt:
-        end_interrupted(interrupt, f"{done} of {total} shards lie in {out}, --resume goes on")
-    except (OSError, JobFailed) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        print_error(f"--out {out}: {reason}; {done} of {total} shards lie there, --resume goes on")
-        raise typer.Exit(FAILURE) from None
 
 
 def _save_preview(directory: Path) -> Path:

@@ -24,7 +24,7 @@ from quadpips_drake.learning.scene_renderer import SceneRenderer
 from quadpips_drake.learning.scenes import SCENE_KINDS, make_scene
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.values.steppability import Steppability
-from quadpips_drake.worker_pool import JobFailed, run_jobs
+from quadpips_drake.worker_pool import results_of
 
 MIN_SCENES = 10
 """Fewer scenes would leave a split empty."""
@@ -81,18 +81,10 @@ def make_dataset(
     if not missing:
         return
     jobs = {task.name: partial(_make_shard, str(directory), task, seed, config) for task in missing}
-    lost = []
-    with closing(run_jobs(jobs, workers=workers)) as outcomes:
-        for outcome in outcomes:
-            if isinstance(outcome.error, JobFailed):
-                lost.append(f"{outcome.key}: {outcome.error}")
-                continue
-            if outcome.error is not None:
-                raise outcome.error
+    with closing(results_of(jobs, workers=workers, what="shards")) as made:
+        for _ in made:
             done += 1
             yield done, len(tasks)
-    if lost:
-        raise JobFailed(f"{len(lost)} of {len(tasks)} shards are missing ({lost[0]})")
 
 
 def render_scene(number: int, seed: int, config: DatasetConfig, renderer: SceneRenderer) -> dict[str, np.ndarray]:

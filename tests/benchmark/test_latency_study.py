@@ -79,6 +79,8 @@ def test_nothing_is_run_twice():
 def test_stages_may_be_as_late_as_the_command_asks_by_itself(robot):
     factors = tuple(float(word) for word in signature(latency_sweep).parameters["factors"].default.split(","))
     study.LatencySweep(robot, ("flat",), factors, (0,)).check()
+    with pytest.raises(qp.UserInputError, match="latency must be"):
+        study.LatencySweep(robot, ("flat",), (*factors, 20.0), (0,)).check()
 
 
 def test_intervals_of_rates_are_exact():

@@ -11,6 +11,7 @@ from quadpips_drake.baselines.motion_models.step_data import read_rows
 from quadpips_drake.benchmark.motion_models import collecting, data_walk
 from quadpips_drake.benchmark.motion_models.held_out import held_out_collections
 from quadpips_drake.cli.main import app
+from quadpips_drake.worker_pool import Outcome
 from tests.baselines.motion_models.synthetic import linear_walk, walk_rows, write_data
 
 
@@ -31,10 +32,10 @@ def walks_at_once(monkeypatch):
         return walk_rows(linear_walk(), planned.number + 10 * collection.seed, noise=0.003), "upright"
 
     def in_this_process(jobs, workers):
-        return collecting._here(jobs)
+        return (Outcome(key, job()) for key, job in jobs.items())
 
     monkeypatch.setattr(collecting, "walk_rows", walk)
-    monkeypatch.setattr(collecting, "run_jobs", in_this_process)
+    monkeypatch.setattr("quadpips_drake.worker_pool.run_jobs", in_this_process)
     monkeypatch.setattr("quadpips_drake.benchmark.motion_models.held_out.run_jobs", in_this_process)
     for command in ("collect", "test"):
         monkeypatch.setattr(f"quadpips_drake.cli.motion_models.{command}.compile_kernels", lambda: True)

@@ -79,7 +79,7 @@ def test_what_stops_a_dataset_is_one_line_and_what_was_made_is_kept(tmp_path, mo
         for k, key in enumerate(jobs):
             yield Outcome(key, error=error if k else None)
 
-    monkeypatch.setattr("quadpips_drake.learning.data_factory.run_jobs", breaks)
+    monkeypatch.setattr("quadpips_drake.worker_pool.run_jobs", breaks)
     status, _, err = quadpips("dataset", "--out", tmp_path, "--frames", 50)
     assert status == 1 and (tmp_path / "manifest.json").is_file()
     lines = [line for line in err.splitlines() if line.startswith("error:")]
@@ -91,7 +91,7 @@ def test_an_interrupted_dataset_says_what_is_there(tmp_path, monkeypatch):
         yield Outcome(next(iter(jobs)))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("quadpips_drake.learning.data_factory.run_jobs", interrupted)
+    monkeypatch.setattr("quadpips_drake.worker_pool.run_jobs", interrupted)
     status, _, err = quadpips("dataset", "--out", tmp_path, "--frames", 50)
     assert status == 130 and "interrupted; 1 of 3 shards lie in" in err
 

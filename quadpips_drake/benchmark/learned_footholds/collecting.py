@@ -42,7 +42,7 @@ from quadpips_drake.trials.loading import load_config
 from quadpips_drake.values.plans import FootholdPlan, Stance
 from quadpips_drake.values.regions import RegionSet
 from quadpips_drake.values.robot_state import RobotState
-from quadpips_drake.worker_pool import JobFailed, Outcome, run_jobs
+from quadpips_drake.worker_pool import results_of
 
 FIRST_SEED = 1000
 """Smaller ones are left to trials."""
@@ -106,8 +106,8 @@ def manifest_of(robot: RobotModel, courses: list[PlannedCourse], seed: int) -> d
 
 def collect(
     robot: RobotModel, courses: list[PlannedCourse], seed: int, folder: Path, *, workers: int = 1, resume: bool = False
-) -> Iterator[int]:
-    """Walks the ``courses``, each into a file of its own in ``folder``; yields how many there are, at first and after each.
+) -> Iterator[tuple[int, int]]:
+    """Walks the ``courses``, each into a file of its own in ``folder``; yields (walks done, in all) at first and after each.
 
     With ``resume`` those are kept that an interrupted call with the same arguments has left there. More than one of
     ``workers`` are processes; the rows are the same for any number of them.
@@ -118,21 +118,13 @@ def collect(
     """
     _claim(folder, manifest_of(robot, courses, seed), resume)
     missing = [course for course in courses if not (folder / _name(course)).is_file()]
-    done, lost = len(courses) - len(missing), []
-    yield done
-    jobs = {course.number: partial(_walk_into, folder, robot.name, course) for course in missing}
-    here = (Outcome(number, job()) for number, job in jobs.items())
-    with closing(run_jobs(jobs, workers=workers) if workers > 1 else here) as outcomes:
-        for outcome in outcomes:
-            if isinstance(outcome.error, JobFailed):
-                lost.append(f"walk {outcome.key}: {outcome.error}")
-                continue
-            if outcome.error is not None:
-                raise outcome.error
+    done = len(courses) - len(missing)
+    yield done, len(courses)
+    jobs = {f"walk {course.number}": partial(_walk_into, folder, robot.name, course) for course in missing}
+    with closing(results_of(jobs, workers=workers if workers > 1 else 0, what="walks")) as walks:
+        for _ in walks:
             done += 1
-            yield done
-    if lost:
-        raise JobFailed(f"{len(lost)} of {len(courses)} walks are missing ({lost[0]})")
+            yield done, len(courses)
 
 
 def collected(courses: list[PlannedCourse], folder: Path) -> Swings:

@@ -26,7 +26,7 @@ from quadpips_drake.terrain.environments.flat import flat
 from quadpips_drake.terrain.environments.uneven import bumps
 from quadpips_drake.trials.trial_options import resolve_config
 from quadpips_drake.trials.walk_trial import WalkTrialConfig
-from quadpips_drake.worker_pool import JobFailed, Outcome, run_jobs
+from quadpips_drake.worker_pool import JobFailed, results_of
 
 WALK_TIME = 20.0
 """Of the steps of one walk [s]."""
@@ -117,26 +117,13 @@ def collect(
     walks = collection.walks()
     _claim(Path(directory), _manifest(collection, walks), resume)
     missing = [walk for walk in walks if not (Path(directory) / _name(walk)).is_file()]
-    done, falls, lost = len(walks) - len(missing), 0, []
+    done, falls = len(walks) - len(missing), 0
     yield done, len(walks), falls
-    jobs = {walk.number: partial(_walk_into, Path(directory), collection, walk) for walk in missing}
-    with closing(run_jobs(jobs, workers=workers) if workers else _here(jobs)) as outcomes:
-        for outcome in outcomes:
-            if isinstance(outcome.error, JobFailed):
-                lost.append(f"walk {outcome.key}: {outcome.error}")
-                continue
-            if outcome.error is not None:
-                raise outcome.error
-            done, falls = done + 1, falls + (outcome.value != DataWalk.SUCCESS)
+    jobs = {f"walk {walk.number}": partial(_walk_into, Path(directory), collection, walk) for walk in missing}
+    with closing(results_of(jobs, workers=workers, what="walks")) as reasons:
+        for reason in reasons:
+            done, falls = done + 1, falls + (reason != DataWalk.SUCCESS)
             yield done, len(walks), falls
-    if lost:
-        raise JobFailed(f"{len(lost)} of {len(walks)} walks are missing ({lost[0]})")
-
-
-def _here(jobs: dict) -> Iterator[Outcome]:
-    """Does the jobs one after the other, in this process."""
-    for key, job in jobs.items():
-        yield Outcome(key, job())
 
 
 def walk_rows(collection: Collection, walk: PlannedWalk) -> tuple[dict[str, np.ndarray], str]:

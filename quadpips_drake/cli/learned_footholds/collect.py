@@ -2,13 +2,12 @@
 
 import shutil
 import time
-from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from quadpips_drake.cli.console import FAILURE, end_interrupted, messages, print_error, say, to_directory
+from quadpips_drake.cli.console import say, to_directory, with_progress
 from quadpips_drake.cli.trials import Overwrite
 from quadpips_drake.cli.warming import compile_kernels
 from quadpips_drake.trials.result_directory import ResultDirectory
@@ -41,6 +40,7 @@ def collect(
     """Let the foothold search walk over terrains, and take down each swing: what was there, and where the foot went."""
     from quadpips_drake.baselines.learned_footholds.swing_data import MANIFEST, ROWS, save_swings
     from quadpips_drake.benchmark.learned_footholds.collecting import UNFINISHED, collected, manifest_of, plan_courses
+    from quadpips_drake.benchmark.learned_footholds.collecting import collect as walks_of
     from quadpips_drake.robots.robot_library import load_robot
 
     started = time.perf_counter()
@@ -49,39 +49,10 @@ def collect(
         if overwrite and not resume:
             shutil.rmtree(out / UNFINISHED, ignore_errors=True)
         compile_kernels()  # rather than in each of the workers
-        _collect_with_progress(model, courses, seed, out / UNFINISHED, workers, resume)
+        walks = walks_of(model, courses, seed, out / UNFINISHED, workers=workers, resume=resume)
+        with_progress(walks, model.name, "walks", out / UNFINISHED)
         swings = collected(courses, out / UNFINISHED)
         held.clear()
         save_swings(out, swings, manifest_of(model, courses, seed))
         shutil.rmtree(out / UNFINISHED)
     say(f"data:     {out}, {len(swings)} swings of {len(courses)} walks, {time.perf_counter() - started:.0f} s")
-
-
-def _collect_with_progress(model, courses: list, seed: int, folder: Path, workers: int, resume: bool) -> None:
-    """Collects and shows a bar; an end before the end is one line that says what is there."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    from quadpips_drake.benchmark.learned_footholds.collecting import collect as walks_of
-    from quadpips_drake.worker_pool import JobFailed
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("walks"),
-        TimeRemainingColumn(),
-    )
-    done = 0
-    try:
-        with closing(walks_of(model, courses, seed, folder, workers=workers, resume=resume)) as walks:
-            done = next(walks)  # a refusal comes before the bar
-            with Progress(*columns, console=messages) as progress:
-                bar = progress.add_task(model.name, completed=done, total=len(courses))
-                for done in walks:
-                    progress.update(bar, completed=done)
-    except KeyboardInterrupt as interrupt:
-        end_interrupted(interrupt, f"{done} of {len(courses)} walks lie in {folder}, --resume goes on")
-    except (OSError, JobFailed) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        print_error(f"{folder}: {reason}; {done} of {len(courses)} walks lie there, --resume goes on")
-        raise typer.Exit(FAILURE) from None

@@ -1,13 +1,12 @@
 """``quadpips motion-models collect``: walks through velocity commands, for 'train'."""
 
 import time
-from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from quadpips_drake.cli.console import FAILURE, end_interrupted, messages, print_error, say, to_directory, writable_directory
+from quadpips_drake.cli.console import say, to_directory, with_progress, writable_directory
 from quadpips_drake.cli.warming import compile_kernels
 
 EPILOG = """
@@ -46,43 +45,13 @@ def collect(
 ):
     """Let a robot walk through pairs of velocities, and take down base and feet at each exchange of the feet."""
     from quadpips_drake.benchmark.motion_models.collecting import Collection
+    from quadpips_drake.benchmark.motion_models.collecting import collect as walks_of
 
     wanted = Collection(robot, gait, minutes, seed, bumps, bump_height, tuple(sets or ()))
     wanted.settings()  # refuses what is wrong with them before anything is written
     writable_directory(out)
     compile_kernels()  # rather than in each of the workers
     started = time.perf_counter()
-    done, falls = _collect_with_progress(out, wanted, workers, resume)
+    done, _, falls = with_progress(walks_of(out, wanted, workers, resume), f"{robot} {gait}", "walks", out)
     fallen = f", {falls} of them cut short by a fall" if falls else ""
     say(f"data:     {out}, {done} walks{fallen}, {time.perf_counter() - started:.0f} s")
-
-
-def _collect_with_progress(out: Path, wanted, workers: int, resume: bool) -> tuple[int, int]:
-    """Collects and shows a bar; an end before the end is one line that says what is there. Returns walks and falls."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    from quadpips_drake.benchmark.motion_models.collecting import collect as walks_of
-    from quadpips_drake.worker_pool import JobFailed
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("walks"),
-        TimeRemainingColumn(),
-    )
-    done = total = falls = 0
-    try:
-        with closing(walks_of(out, wanted, workers, resume)) as walks:
-            done, total, falls = next(walks)  # a refusal comes before the bar
-            with Progress(*columns, console=messages) as progress:
-                bar = progress.add_task(f"{wanted.robot} {wanted.gait}", completed=done, total=total)
-                for done, _, falls in walks:  # noqa: B007
-                    progress.update(bar, completed=done)
-    except KeyboardInterrupt as interrupt:
-        end_interrupted(interrupt, f"{done} of {total} walks lie in {out}, --resume goes on")
-    except (OSError, JobFailed) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        print_error(f"--out {out}: {reason}; {done} of {total} walks lie there, --resume goes on")
-        raise typer.Exit(FAILURE) from None
-    return done, falls
