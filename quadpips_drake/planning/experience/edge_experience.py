@@ -149,10 +149,12 @@ def _exponents(places, count, points, rate):
 
 @njit(cache=True, nogil=True)
 def _fall_off(exponents):
-    """Replaces each exponent x by exp(-x): by (1 - x / 64)^64, which is quicker and less than 1 % off up to x = 1."""
+    """Replaces each exponent x by exp(-x): by (1 - t + t^2 / 2)^64 with t = min(x / 64, 1), which is quicker, less than
+    0.4 % off up to x = 4.5, and next to nothing for large ones."""
     values = exponents.ravel()
     for i in range(len(values)):
-        y = max(np.float32(1.0) - values[i] * np.float32(1.0 / 64.0), np.float32(0.0))
+        rest = max(np.float32(1.0) - values[i] * np.float32(1.0 / 64.0), np.float32(0.0))
+        y = np.float32(0.5) + np.float32(0.5) * rest * rest  # with rest = 1 - t
         y *= y
         y *= y
         y *= y
@@ -202,7 +204,9 @@ def _costs(before, landed, in_pairs, records, rate, start_rate, weight, scale):
     like_b[:count_b] = _columns(by_b, kept)
     _fall_off(like_b[:count_b])
     kept = near[kept]
-    like_b[:count_b] *= records.attempts[kept] * np.exp(-starts[kept])
+    like_starts = starts[kept]
+    _fall_off(like_starts)
+    like_b[:count_b] *= records.attempts[kept] * like_starts
     like_b[count_b:] = like_b[:count_b] * records.cost[kept]
     sums = np.dot(like_a, like_b.T)
     costs = np.empty(k)
