@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from quadpips_drake.benchmark.bench.reporting.published import GOALS_REACHED, ROBOT, TRIALS
+from quadpips_drake.benchmark.bench.reporting.published import TRIALS, goals_reached
 from quadpips_drake.benchmark.bench.reporting.summary import stage_timings
 from quadpips_drake.benchmark.bench.reporting.sweep import difficulty_title, sweeps_of
 from quadpips_drake.benchmark.bench.scores import grouped, score_of
@@ -38,9 +38,9 @@ def progress_figure(rows: list[dict]) -> Figure:
     for ((terrain,), group), (rates, curves) in zip(terrains.items(), panels, strict=True):
         for k, (planner, color) in enumerate(planners.items()):
             _draw_rate(rates, k, [row for row in group if row["planner"] == planner], color)
-        if group[0]["robot"] == ROBOT and group[0]["difficulty"] is None:
-            for count in GOALS_REACHED.get(terrain, ()):
-                rates.axhline(count / TRIALS, color="0.45", linewidth=1.5, linestyle=":")
+            counts = () if group[0]["difficulty"] is not None else goals_reached(group[0]["robot"], planner, terrain)
+            for count in counts:
+                rates.plot([k - 0.45, k + 0.45], 2 * [count / TRIALS], color="0.3", linewidth=1.5, linestyle=":")
         rates.set(ylim=(0.0, 1.05), xticks=range(len(planners)), xlim=(-0.6, len(planners) - 0.4), ylabel="goals reached")
         rates.set_xticklabels(planners, fontsize="small")
         for row in group:

@@ -65,10 +65,13 @@ def _successes(rows: list[dict]) -> str:
     for (robot, planner), group in grouped(rows, ("robot", "planner")).items():
         scores = tally(group, ("terrain",))
         for (terrain,), score in scores.items():
-            lines.append([robot, terrain, planner, *_shown(score), _paper(robot, terrain, group) or "-"])
+            lines.append([robot, terrain, planner, *_shown(score), _paper(robot, planner, terrain, group) or "-"])
         if len(scores) > 1:
             lines.append([robot, "**all**", planner, *_shown(score_of(group)), ""])
-    note = "\n\nPaper: QuadPiPS (2026), ANYmal C, another simulator; for the obstructed beam its text and its figure differ."
+    note = (
+        "\n\nPaper: QuadPiPS (2026), the planner of that name, ANYmal C, another simulator; in brackets where it tells no "
+        "count and mentions no failure, or no success. Two counts: its text and its figure differ."
+    )
     return (
         "## Goals reached\n\n"
         + markdown_table(["robot", "terrain", "planner", "reached", "rate", INTERVAL, "paper"], lines)
@@ -76,9 +79,9 @@ def _successes(rows: list[dict]) -> str:
     )
 
 
-def _paper(robot: str, terrain: str, rows: list[dict]) -> str:
+def _paper(robot: str, planner: str, terrain: str, rows: list[dict]) -> str:
     """The paper's count, where the terrain is as in the paper."""
-    return "" if any(row["difficulty"] is not None for row in rows) else published(robot, terrain)
+    return "" if any(row["difficulty"] is not None for row in rows) else published(robot, planner, terrain)
 
 
 def _shown(score: Score) -> list[str]:
