@@ -180,8 +180,7 @@ class PerceptiveWalk:
             target = _matching(memory.reference.footholds, blind)
             if target is None or now < blind.touchdown_time - c.freeze_time:
                 if self._advice is not None:
-                    way = _base_way(walk, blind)
-                    wish = self._advice.moved(wish, blind.leg, together, before, way[:2], way[2], ground.outlines)
+                    wish = self._advice.moved(wish, blind.leg, together, before, ground.outlines)
                 target = self._foothold(blind, wish, bases, ground, walk)
                 if known is not None:
                     start = feet[blind.leg]
@@ -237,13 +236,6 @@ class PerceptiveWalk:
 
 def _same(time: float, other: float) -> bool:
     return abs(time - other) < _SAME_TIME
-
-
-def _base_way(walk: WalkMemory, swing: FootholdTarget) -> np.ndarray:
-    """How far the base goes and turns within a swing: x, y in W [m], yaw [rad], (3,)."""
-    times = np.array([swing.liftoff_time, swing.touchdown_time]) - walk.stamp
-    before, after = advance(walk.pose, walk.velocity, times)
-    return after - before
 
 
 def _matching(footholds: tuple, blind: FootholdTarget) -> FootholdTarget | None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.baselines.learned_footholds.model_file import load_network
-from quadpips_drake.baselines.learned_footholds.swing_view import ground_at, steady_wish, swing_view
+from quadpips_drake.baselines.learned_footholds.swing_view import ground_at, swing_view
 
 
 class FootholdAdvice:
@@ -17,16 +17,10 @@ class FootholdAdvice:
         self._nominal = np.array(robot.nominal_footholds_B[:, :2])
         self._most = max_offset
 
-    def moved(
-        self, wish: np.ndarray, leg: int, swinging: tuple, feet: np.ndarray, step: np.ndarray, turn: float, outlines
-    ) -> np.ndarray:
+    def moved(self, wish: np.ndarray, leg: int, swinging: tuple, feet: np.ndarray, outlines) -> np.ndarray:
         """The ``wish`` for a foothold of ``leg``, a ground point in W [m], (3,), moved.
 
-        It is moved as the network would move the wish of a steady walk over these feet, which is what it has learned from.
-        Asked about ``wish`` itself it would take what keeps the body up, a foothold beside a body that strays, for a
-        foothold out of place, and take it back.
-
-        The height is that of the ground where it is moved to, if there is any. Where fewer than two feet stay down, the
+        Its height is that of the ground where it is moved to, if there is any. Where fewer than two feet stay down, the
         network has nothing to say.
 
         Args:
@@ -34,15 +28,13 @@ class FootholdAdvice:
             leg: whose foothold.
             swinging: the legs that swing at the same time, ``leg`` among them.
             feet: ground points of all feet before that in W [m], (4, 3).
-            step, turn: way of the base within the swing, x, y in W [m], (2,), and how far it turns [rad].
             outlines: RegionTable of the boundaries of what may be stepped on.
         """
-        steady = steady_wish(feet, swinging, leg, step, turn, self._nominal)
-        if steady is None:
+        view = swing_view(feet, swinging, leg, wish[:2], self._nominal, self._network.cell, outlines)
+        if view is None:
             return wish
-        view = swing_view(feet, swinging, leg, steady, self._nominal, self._network.cell, outlines)
         offset = self._network.offsets(view.inputs[None])[0]
         offset = offset * min(1.0, self._most / max(np.sqrt(offset @ offset), 1e-9))
-        xy = wish[:2] + view.moved(offset) - steady
+        xy = view.moved(offset)
         height = ground_at(outlines, xy[None])[0]
         return np.append(xy, height if np.isfinite(height) else wish[2])

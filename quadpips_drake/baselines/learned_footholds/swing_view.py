@@ -50,25 +50,6 @@ class SwingView(ImmutableValue):
         return self.axes.T @ (xy - self.wish)
 
 
-def steady_wish(
-    feet: np.ndarray, swinging: tuple, leg: int, step: np.ndarray, turn: float, nominal: np.ndarray
-) -> np.ndarray | None:
-    """Where a foot wants to go in a walk that nothing disturbs, x, y in W [m], (2,): its nominal place below the base that
-    belongs to the feet on the ground, carried on by the base's way within a swing. None: fewer than two feet stay down.
-
-    Args:
-        feet, swinging, leg, nominal: as for ``swing_view``.
-        step: way of the base within the swing, x, y in W [m], (2,).
-        turn: ... and how far it turns [rad].
-    """
-    away = _swinging(swinging)
-    if away.sum() > NUM_LEGS - 2:
-        return None
-    x, y, yaw = pose_of_stance_legs(feet, away, 0.0, nominal)
-    c, s = np.cos(yaw + turn), np.sin(yaw + turn)
-    return np.array([x, y]) + step + np.array([[c, -s], [s, c]]) @ nominal[leg]
-
-
 def swing_view(
     feet: np.ndarray, swinging: tuple, leg: int, wish: np.ndarray, nominal: np.ndarray, cell: float, outlines
 ) -> SwingView | None:
@@ -83,7 +64,8 @@ def swing_view(
         cell: side of a cell of the patch [m].
         outlines: RegionTable of the regions' boundaries.
     """
-    away = _swinging(swinging)
+    away = np.zeros(NUM_LEGS, dtype=bool)
+    away[list(swinging)] = True
     if away.sum() > NUM_LEGS - 2:
         return None
     x, y, yaw = pose_of_stance_legs(feet, away, 0.0, nominal)
@@ -97,13 +79,6 @@ def swing_view(
         stance, lifts = stance[_OPPOSITE], lifts[_OPPOSITE]
     way = (wish - base) @ axes - mirrored[leg]
     return SwingView(np.concatenate((heights, stance.ravel(), lifts, way, [Leg(leg).fore])), axes, np.array(wish))
-
-
-def _swinging(legs: tuple) -> np.ndarray:
-    """Which legs are in the air, bool (4,)."""
-    away = np.zeros(NUM_LEGS, dtype=bool)
-    away[list(legs)] = True
-    return away
 
 
 @njit(cache=True)

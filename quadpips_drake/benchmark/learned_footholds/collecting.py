@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from quadpips_drake.baselines.learned_footholds.swing_data import MANIFEST, Swings, read_rows, write_rows
-from quadpips_drake.baselines.learned_footholds.swing_view import patch_cell, steady_wish, swing_view
+from quadpips_drake.baselines.learned_footholds.swing_view import patch_cell, swing_view
 from quadpips_drake.baselines.region_projection import best_foothold, leg_penalty
 from quadpips_drake.diagrams.planning_module import PlanningConfig
 from quadpips_drake.errors import UserInputError
@@ -27,6 +27,7 @@ from quadpips_drake.perception.regions.oracle_regions import (
     regions_from_terrain,
 )
 from quadpips_drake.planning.footholds.foothold_search import search_footholds
+from quadpips_drake.planning.footholds.stance_transitions import pose_of_stance_legs
 from quadpips_drake.planning.nominal_pose import base_pose_above
 from quadpips_drake.planning.region_table import in_convex_polygon, make_region_table, outline_table
 from quadpips_drake.planning.torso.torso_search import search_torso_path
@@ -183,7 +184,8 @@ def course_rows(robot: RobotModel, planning: PlanningConfig, terrain: Terrain, r
 def plan_rows(plan: FootholdPlan, regions: RegionSet, robot: RobotModel, number: int = 0) -> list[tuple]:
     """(inputs, offset, nearest, ``number``) of each leg's swings of a plan.
 
-    The wish is that of a steady walk at the plan's mean speed: within each swing the base goes as far as it does on average.
+    The wish is what a walk of the plan's mean speed would wish for: the foot's nominal place under the base that belongs to
+    the feet on the ground, carried on by the way that the base makes within a swing on average.
     """
     nominal, cell = np.array(robot.nominal_footholds_B[:, :2]), patch_cell(robot)
     table, outlines = make_region_table(regions.regions), outline_table(regions.regions)
@@ -193,15 +195,16 @@ def plan_rows(plan: FootholdPlan, regions: RegionSet, robot: RobotModel, number:
     turn = float(wrap_angle(last.rpy_WB[2] - first.rpy_WB[2])) / swings
     rows = []
     for before, after, swinging in zip(plan.stances[:-1], plan.stances[1:], plan.swing_legs, strict=True):
-        feet = np.array(before.footholds)
+        feet, away = np.array(before.footholds), np.zeros(4, dtype=bool)
+        away[list(swinging)] = True
+        x, y, yaw = pose_of_stance_legs(feet, away, 0.0, nominal)
+        c, s = np.cos(yaw + turn), np.sin(yaw + turn)
         for leg in swinging:
-            wish = steady_wish(feet, swinging, leg, step, turn, nominal)
-            if wish is None:
-                continue
+            wish = np.array([x, y]) + step + np.array([[c, -s], [s, c]]) @ nominal[leg]
             view = swing_view(feet, swinging, leg, wish, nominal, cell, outlines)
-            point = np.append(wish, np.delete(feet[:, 2], list(swinging)).mean())
+            point = np.append(wish, feet[~away, 2].mean())
             k, *nearest = best_foothold(table, int(leg), point, *unlimited, legs, np.inf)
-            if k >= 0:
+            if view is not None and k >= 0:
                 chosen = view.offset(after.footholds[leg][:2]), view.offset(np.array(nearest[:2]))
                 rows.append((view.inputs, *chosen, number))
     return rows

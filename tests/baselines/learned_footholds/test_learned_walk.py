@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 
 import quadpips_drake as qp
-from quadpips_drake.baselines.learned_footholds.advice import FootholdAdvice
 from quadpips_drake.baselines.learned_footholds.model_file import save_network
 from quadpips_drake.baselines.perceptive_config import PerceptiveReferenceConfig
 from quadpips_drake.math.polygons import distance_inside
-from quadpips_drake.planning.region_table import outline_table
 from quadpips_drake.robots.robot_library import load_robot
 from quadpips_drake.robots.standing import standing_state
-from quadpips_drake.values.legs import Leg
 from quadpips_drake.values.regions import RegionSet
 from tests.baselines.hand_made import floor, region
 from tests.baselines.learned_footholds.made_up import constant_network
@@ -71,18 +68,6 @@ def test_without_a_region_near_a_foot_stays_and_is_counted(robot, tmp_path):
     soles = robot.soles_W(robot.foot_positions_W(standing_state(robot)))
     for target in moved.reference.footholds:
         np.testing.assert_allclose(target.position[:2], soles[target.leg][:2], atol=1e-3)
-
-
-def test_what_keeps_the_body_up_is_not_taken_back(robot):
-    """Asked about the disturbed wish the network moved it back to the feet, and ANYmal C fell over on stairs."""
-    advice, ground = FootholdAdvice(robot, None, 0.2), outline_table(floor().regions)
-    feet, pair = robot.soles_W(robot.foot_positions_W(standing_state(robot))), (Leg.LF, Leg.RH)
-    wish, step = feet[Leg.LF] + [0.08, 0.0, 0.0], np.array([0.08, 0.0])
-    calm = advice.moved(wish, Leg.LF, pair, feet, step, 0.0, ground)
-    assert np.linalg.norm(calm - wish) > 1e-3  # the network of the package has something to say
-    for aside in ((0.0, 0.1, 0.0), (-0.12, -0.05, 0.0)):
-        disturbed = advice.moved(wish + aside, Leg.LF, pair, feet, step, 0.0, ground)
-        np.testing.assert_allclose(disturbed - calm, aside, atol=1e-9)
 
 
 def test_it_differs_from_s_mpc_in_the_network_alone():

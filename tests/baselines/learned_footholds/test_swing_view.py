@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from quadpips_drake.baselines.learned_footholds.swing_view import INPUTS, PATCH, ground_at, steady_wish, swing_view
+from quadpips_drake.baselines.learned_footholds.swing_view import INPUTS, PATCH, ground_at, swing_view
 from quadpips_drake.math.rotations import yaw_matrix
 from quadpips_drake.planning.region_table import outline_table
 from quadpips_drake.values.legs import Leg
@@ -89,16 +89,3 @@ def test_with_fewer_than_two_feet_on_the_ground_there_is_no_view():
     feet = np.column_stack((NOMINAL, np.zeros(4)))
     assert swing_view(feet, (Leg.LF, Leg.RF, Leg.LH), Leg.LF, NOMINAL[0], NOMINAL, CELL, outline_table([])) is None
     assert swing_view(feet, (Leg.LF,), Leg.LF, NOMINAL[0], NOMINAL, CELL, outline_table([])) is not None
-
-
-def test_the_steady_wish_is_the_nominal_place_under_the_base_that_goes_on():
-    R, p = yaw_matrix(0.4), np.array([2.0, 1.0, 0.5])
-    feet = np.column_stack((NOMINAL, np.zeros(4))) @ R.T + p
-    step, turn = R[:2, :2] @ [0.1, 0.02], 0.2
-    for leg in PAIR:
-        wish = steady_wish(feet, PAIR, leg, step, turn, NOMINAL)
-        np.testing.assert_allclose(wish, p[:2] + step + yaw_matrix(0.6)[:2, :2] @ NOMINAL[leg], atol=1e-9)
-    # Where the swinging feet are does not matter: they say nothing of the base.
-    astray = feet + np.isin(np.arange(4), PAIR)[:, None] * 0.1
-    np.testing.assert_allclose(steady_wish(astray, PAIR, leg, step, turn, NOMINAL), wish, atol=1e-12)
-    assert steady_wish(feet, (Leg.LF, Leg.RF, Leg.LH), Leg.LF, step, turn, NOMINAL) is None
