@@ -33,6 +33,7 @@ def test_the_paper_counts():
     assert published("anymal_c", "em_mpc", "sparse_stones") == "0/10"
     assert published("anymal_c", "em_mpc", "stairs_10") == "(10/10)"
     assert published("go2", "quadpips", "pegboard") == published("anymal_c", "s_mpc", "obstructed_balance_beam") == ""
+    assert published("anymal_c", "quadpips", "pegboard", difficulty=0.2) == ""
     assert published("anymal_c", "lf_mpc", "pegboard") == published("anymal_c", "quadpips", "flat") == ""
     assert TRIALS == 10
 

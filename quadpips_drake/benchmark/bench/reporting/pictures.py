@@ -38,8 +38,7 @@ def progress_figure(rows: list[dict]) -> Figure:
     for ((terrain,), group), (rates, curves) in zip(terrains.items(), panels, strict=True):
         for k, (planner, color) in enumerate(planners.items()):
             _draw_rate(rates, k, [row for row in group if row["planner"] == planner], color)
-            counts = () if group[0]["difficulty"] is not None else goals_reached(group[0]["robot"], planner, terrain)
-            for count in counts:
+            for count in goals_reached(group[0]["robot"], planner, terrain, group[0]["difficulty"]):
                 rates.plot([k - 0.45, k + 0.45], 2 * [count / TRIALS], color="0.3", linewidth=1.5, linestyle=":")
         rates.set(ylim=(0.0, 1.05), xticks=range(len(planners)), xlim=(-0.6, len(planners) - 0.4), ylabel="goals reached")
         rates.set_xticklabels(planners, fontsize="small")

@@ -51,12 +51,13 @@ INFERRED = {
 """Where no count is told: no failure is mentioned, or no success."""
 
 
-def goals_reached(robot: str, planner: str, terrain: str) -> tuple[int, ...]:
-    """The paper's counts, of TRIALS; none where it has none."""
-    return GOALS_REACHED.get(planner, {}).get(terrain, ()) if robot == ROBOT else ()
+def goals_reached(robot: str, planner: str, terrain: str, difficulty: float | None = None) -> tuple[int, ...]:
+    """The paper's counts, of TRIALS; none where it has none, as of terrains of another ``difficulty`` than their own."""
+    as_published = robot == ROBOT and difficulty is None
+    return GOALS_REACHED.get(planner, {}).get(terrain, ()) if as_published else ()
 
 
-def published(robot: str, planner: str, terrain: str) -> str:
-    """The paper's count, as in "9/10", in brackets where it is inferred; empty where it has none."""
-    counts = " or ".join(f"{count}/{TRIALS}" for count in goals_reached(robot, planner, terrain))
+def published(robot: str, planner: str, terrain: str, difficulty: float | None = None) -> str:
+    """The paper's count, as in "9/10", in brackets where it is inferred; empty where it has none (``goals_reached``)."""
+    counts = " or ".join(f"{count}/{TRIALS}" for count in goals_reached(robot, planner, terrain, difficulty))
     return f"({counts})" if counts and terrain in INFERRED[planner] else counts

@@ -65,7 +65,8 @@ def _successes(rows: list[dict]) -> str:
     for (robot, planner), group in grouped(rows, ("robot", "planner")).items():
         scores = tally(group, ("terrain",))
         for (terrain,), score in scores.items():
-            lines.append([robot, terrain, planner, *_shown(score), _paper(robot, planner, terrain, group) or "-"])
+            paper = published(robot, planner, terrain, group[0]["difficulty"])  # a bench has difficulties for all, or none
+            lines.append([robot, terrain, planner, *_shown(score), paper or "-"])
         if len(scores) > 1:
             lines.append([robot, "**all**", planner, *_shown(score_of(group)), ""])
     note = (
@@ -77,11 +78,6 @@ def _successes(rows: list[dict]) -> str:
         + markdown_table(["robot", "terrain", "planner", "reached", "rate", INTERVAL, "paper"], lines)
         + (note if any(line[-1] not in ("-", "") for line in lines) else "")
     )
-
-
-def _paper(robot: str, planner: str, terrain: str, rows: list[dict]) -> str:
-    """The paper's count, where the terrain is as in the paper."""
-    return "" if any(row["difficulty"] is not None for row in rows) else published(robot, planner, terrain)
 
 
 def _shown(score: Score) -> list[str]:
